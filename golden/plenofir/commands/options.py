@@ -430,6 +430,15 @@ Gamma = Annotated[
         max=5.0,
     ),
 ]
+Box = Annotated[
+    int | None,
+    typer.Option(
+        "--box",
+        metavar="B",
+        help="Average B of the M views along a dimension, a multiple of gcd(a M, M); M by default.",
+        min=1,
+    ),
+]
 Upsample = Annotated[
     bool,
     typer.Option(

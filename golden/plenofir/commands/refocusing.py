@@ -38,6 +38,7 @@ def refocus_command(
     *,
     out: Annotated[str, typer.Option(help="PNG, TIFF or JPEG file to write.")] = "refocused.png",
     operator: Operator,
+    box: options.Box = None,
     pupil: Pupil,
     border: options.Border = "normalise",
     exposed: LookOptions,
@@ -51,8 +52,8 @@ def refocus_command(
 ) -> None:
     """Refocus an aligned raw image to a picture to look at, at any real a.
 
-    --interpolation, --sharpen and --no-upsample take the operator as the thesis and the VHDL have
-    it instead, correctly rounded, at multiples of 1/M. The file says in XMP how it was made, with a
+    --interpolation, --sharpen, --box and --no-upsample take the operator as the thesis has it
+    instead, correctly rounded, at multiples of 1/M. The file says in XMP how it was made, with a
     camera also where it is focused.
     """
     from plenofir.camera.description import description_of
@@ -64,8 +65,9 @@ def refocus_command(
     path = check_file(out, PICTURES, raster)
     part = _region(region) if region else None
     camera.check()
-    if operator.is_set:
-        pupil.refuse_beside("--interpolation, --sharpen or --no-upsample")
+    exact = operator.is_set or box is not None
+    if exact:
+        pupil.refuse_beside("--interpolation, --sharpen, --box or --no-upsample")
     aperture, tilt = pupil.values()
     raw, m, *_ = read_field(raster, hints, rectangles=True)
     rectangle = is_rectangle(raw.pixels)
@@ -73,6 +75,7 @@ def refocus_command(
         used = {
             "interpolation": operator.interpolation,
             "sharpen": operator.sharpen,
+            "box": box,
             "upsample": not operator.upsample,
             "aperture": pupil.aperture,
             "tilt": pupil.tilt,
@@ -81,8 +84,8 @@ def refocus_command(
             "region": region,
         }
         options.refuse_used(used, "is for a square of views")
-    setting = options.one_focus_setting(a, m, rounded=operator.is_set)
-    if operator.is_set:
+    setting = options.one_focus_setting(a, m, rounded=exact)
+    if exact:
         options.shifts_of((setting,), m)
     model = model_of(camera.camera, camera.focus, m)
     look = look_for(raw, m, exposed.exposure, exposed.gamma)
@@ -93,7 +96,7 @@ def refocus_command(
     with progress_bar("refocusing"):
         if rectangle:
             image = refocus_views(look.source, float(setting))
-        elif operator.is_set:
+        elif exact:
             image = refocus(
                 look.source,
                 m,
@@ -102,6 +105,7 @@ def refocus_command(
                 sharpen=weight,
                 upsample=operator.upsample,
                 border=border,
+                box=box,
                 region=part,
             )
         else:
@@ -111,7 +115,7 @@ def refocus_command(
     if image.size == 0:
         raise InputError(f"{region} lies outside of the picture", where="region")
     publish({path.name: look(image)._replace(xmp=description_of(m, setting, model))}, path.parent)
-    units = sharpening_units(weight, m, int(setting * m), order) if operator.is_set else 0
+    units = sharpening_units(weight, m, int(setting * m), order, box=box) if exact else 0
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
     typer.echo(f"{out}: a = {setting_text(setting, m)}, {size}{sharpened}")

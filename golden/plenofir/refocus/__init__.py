@@ -37,6 +37,7 @@ from plenofir.refocus.checks import (
 from plenofir.refocus.first_calls import refocus_image
 from plenofir.refocus.operator import (
     Image,
+    box_size,
     clamped_shift,
     gather_sums,
     interpolated_sums,
@@ -134,6 +135,7 @@ def refocus(
     interpolation: Interpolation = "nearest",
     sharpen: Sharpen = "off",
     border: Border = "zero",
+    box: int | None = None,
     region: Region | None = None,
     upsample: bool = True,
     out: Image | None = None,
@@ -173,6 +175,11 @@ def refocus(
         black, as Eq. 6.1 has it. "normalise": the sum is divided by the number of those that have
         one, so the picture is not darker there (`plenofir.refocus.border`); sharpened are then only
         pixels that all views reach.
+    box
+        Samples B along a dimension that an output averages, from 1 to M (None), a multiple of
+        gcd(a M, M). A smaller box makes a plane in focus sharper, and averages noise over fewer
+        views; B = |a M| is for focused plenoptic cameras. Where M - B is odd, the picture lies half
+        a pixel beside. Boxes smaller than M take some thirty times as long, as NumPy sums them.
     region
         Rows and columns of the result to compute, as slices.
     upsample
@@ -180,14 +187,15 @@ def refocus(
         the first of each M x M pixels of the full result.
     out
         Array to write the result to, C-contiguous, of the result's shape and the type of `raw`,
-        not overlapping it. Saves the time in which the system provides new memory.
+        not overlapping it. Saves the time in which the system provides new memory. For arrays of
+        another library one of its own that can be written, on the same device.
     threads
         Number of threads; as many as there are processors if None.
 
     Returns
     -------
     numpy.ndarray
-        round(S2 / M^2), halves up (order n: round(S2 / M^(2 + 2n))), with sharpening still one
+        round(S2 / B^2), halves up (order n: round(S2 / B^(2 + 2n))), with sharpening still one
         rounding, limited to the range of the pixels; size and type of `raw`, in this machine's byte
         order, or of the region asked for.
 
@@ -216,7 +224,8 @@ def refocus(
         )
     if threads is not None:
         threads = whole_number(threads, "threads", 1)
-    units = sharpening_units(sharpen, M, shift, order)
+    box = box_size(M, shift, box)
+    units = sharpening_units(sharpen, M, shift, order, box=box)
     if units and not upsample:
         raise InputError(
             f"one pixel for each micro lens takes off or auto, not {sharpen}", where="sharpen"
@@ -235,15 +244,12 @@ def refocus(
         units=units,
         upsample=upsample,
         normalise=border == "normalise",
+        box_samples=box,
     )
     if other_library:
         from plenofir.refocus.arrays import device_refocus
 
-        if out is not None:
-            raise InputError("is for NumPy arrays only", where="out")
-        if border != "zero":
-            raise InputError("'normalise' is for NumPy arrays only", where="border")
-        return cast("Image", device_refocus(raw, slice_))
+        return cast("Image", device_refocus(raw, slice_, out))
     if out is not None:
         check_out(out, raw, (len(ranges[0]), len(ranges[1]), *raw.shape[2:]))
     return refocus_image(raw, slice_, out=out, threads=threads)

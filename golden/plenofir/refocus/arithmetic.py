@@ -27,6 +27,7 @@ from plenofir.refocus.operator import (
     Align,
     Image,
     Sums,
+    box_size,
     check_sums,
     clamped_shift,
     divide_half_up,
@@ -81,27 +82,31 @@ class ExactArithmetic(BaseModel):
         order: int = 0,
         sharpen: Sharpen = "off",
         border: Border = "zero",
+        box: int | None = None,
     ) -> Image:
         """Refocus an image as the hardware does.
 
         `raw`: raw image, shape (rows, columns[, channels]), uint8 or uint16. `shift`: a' = a M in
         pixels (`refocus` takes a). `sharpen`: see `plenofir.refocus.sharpening`; one rounding for
-        sums and sharpening together. `border`: see `plenofir.refocus.border`. Result: size and type
-        of `raw`. Raises `InputError` if an argument cannot be used, or the sums could wrap around.
+        sums and sharpening together. `border`: see `plenofir.refocus.border`. `box`: samples B of
+        the box, M if None. Result: size and type of `raw`. Raises `InputError` if an argument
+        cannot be used, or the sums could wrap around.
         """
         check_border(border)
         asked = shift
         raw, micro_image_size, shift, order = _checked(raw, micro_image_size, shift, order)
-        units = sharpening_units(sharpen, micro_image_size, asked, order)
-        largest = self.largest_sum(micro_image_size, 8 * raw.dtype.itemsize, order)
+        box = box_size(micro_image_size, asked, box)
+        units = sharpening_units(sharpen, micro_image_size, asked, order, box=box)
+        largest = self.largest_sum(box, 8 * raw.dtype.itemsize, order)
         check_sums(largest * (taps(units).centre + 2 * taps(units).side) ** 2)
-        sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order)
-        divisor = micro_image_size ** (2 * (order + 1))
+        sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order, box=box)
+        divisor = box ** (2 * (order + 1))
         white = int(np.iinfo(raw.dtype).max)
         if border == "normalise":
-            scale, full = taps(units).scale, micro_image_size ** (order + 1)
+            scale, full = taps(units).scale, box ** (order + 1)
             down, across = (
-                arrived(length, micro_image_size, shift, order, align) for length in raw.shape[:2]
+                arrived(length, micro_image_size, shift, order, align, box)
+                for length in raw.shape[:2]
             )
             sums = sharpened_inside(sums, (down, across), full, micro_image_size, units)
             picture = weighted_quotients(sums, (scale * down, scale * across), white)
@@ -111,7 +116,8 @@ class ExactArithmetic(BaseModel):
     def largest_sum(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> int:
         """Largest number that the arithmetic's sums can reach.
 
-        Result: the largest sum of the last column filter.
+        With a box of B samples B takes the place of M. Result: the largest sum of the last column
+        filter.
         """
         return int(micro_image_size ** (2 * (order + 1))) * ((1 << pixel_bits) - 1)
 

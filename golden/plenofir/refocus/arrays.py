@@ -1,148 +1,223 @@
 # SPDX-License-Identifier: Apache-2.0
 """The refocuser for arrays of other libraries: CuPy, PyTorch and others with the array API.
 
-Only functions of the array API standard are used, so that arrays stay where they are, on a GPU for
-instance. The method is that of `plenofir.refocus.operator.moving_sums`, all in integers.
+Arrays of CuPy and PyTorch on NVIDIA's GPUs are refocused by `plenofir.refocus.gpu`. Everywhere
+else, and where that cannot run, functions of the array API standard do the work, so that arrays
+stay where they are. Their method is that of `plenofir.refocus.operator.moving_sums`, all in
+integers.
 """
 
-from typing import Any
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from typing import Any, NamedTuple
 
 import numpy as np
 from array_api_compat import array_namespace, device, is_cupy_array, is_torch_array
 
+from plenofir.ground import compiling
+from plenofir.ground.errors import InputError
+from plenofir.ground.extras import missing
+from plenofir.refocus.border import arrived
 from plenofir.refocus.operator import output_offset
 from plenofir.refocus.slices import Slice
 
 
-def _sums(xp: Any, x: Any, m: int, shift: int, axis: int, outputs: range) -> Any:
-    """S[k'] along an axis for equally spaced k'."""
-    length = x.shape[axis]
-    start, stop = outputs[0] - m + 1, outputs[-1] + 1
+def device_refocus(raw: Any, slice_: Slice, out: Any = None) -> Any:
+    """Refocus an array of any library, arguments checked by the caller.
+
+    `out`: array of the library to write the result to. Raises `InputError` if it is none.
+    """
+    xp = array_namespace(raw)
+    if out is not None:
+        _check_out(xp, out, raw, slice_.result_shape)
+    if 0 in slice_.result_shape:
+        return xp.zeros(slice_.result_shape, dtype=raw.dtype, device=device(raw))
+    result = _on_gpu(xp, raw, slice_, out)
+    if result is None:
+        result = xp.reshape(_by_library(xp, raw, slice_), slice_.result_shape)
+        if out is not None:
+            out[...] = result
+            return out
+    return result
+
+
+def _check_out(xp: Any, out: Any, raw: Any, shape: tuple[int, ...]) -> None:
+    """Refuse an array that the result cannot be written to."""
+    fits = type(out) is type(raw) and device(out) == device(raw)
+    if not (fits and tuple(out.shape) == shape and out.dtype == raw.dtype):
+        raise InputError(
+            f"must be an array of the library, device and type of raw, of shape {shape}",
+            where="out",
+        )
+
+
+def _weights(slice_: Slice) -> list[Any]:
+    """Sums of weights for all outputs of a column, and of a line."""
+    m, step = slice_.micro_image_size, slice_.step
+    return [
+        arrived(length, m, slice_.shift, slice_.order, slice_.align, slice_.box)[::step]
+        for length in slice_.shape[:2]
+    ]
+
+
+def _by_library(xp: Any, raw: Any, slice_: Slice) -> Any:
+    """The picture by the library's operations, shape (rows, columns, channels) of the region."""
+    filter_, region = slice_.taps, slice_.region
+    # Sharpening needs one more lens on each side.
+    lens = slice_.micro_image_size if slice_.units else 0
+    read = [
+        range(max(0, part.start - lens), min(length, part.stop + lens))
+        for part, length in zip(region, raw.shape, strict=False)
+    ]
+    x = xp.astype(xp.reshape(raw, (raw.shape[0], raw.shape[1], -1)), xp.int64)
+    for axis in (1, 0):
+        x = _sums(xp, x, slice_, axis, read[axis] if lens else region[axis])
+    weights = _weights(slice_) if slice_.normalise else []
+    for axis, part in enumerate(region if lens else ()):
+        here = np.arange(part.start, part.stop)
+        complete = weights[axis] == slice_.full if weights else np.ones(raw.shape[axis], bool)
+        around: Any = 0
+        for k in (here - lens, here + lens):
+            there = (k >= 0) & (k < complete.size)
+            there &= complete[here] & complete[np.where(there, k, 0)]
+            around = around + _at(xp, x, np.where(there, k, here) - read[axis].start, axis)
+        x = filter_.centre * _at(xp, x, here - read[axis].start, axis) - filter_.side * around
+    divisor: Any = slice_.divisor * filter_.scale**2
+    if weights:
+        down, across = (
+            weight[part.start : part.stop] for weight, part in zip(weights, region, strict=True)
+        )
+        outer = np.outer(down, across)[:, :, None] * filter_.scale**2
+        x = x * _put(xp, x, outer > 0)
+        divisor = _put(xp, x, np.maximum(outer, 1))
+    return xp.astype(xp.clip((x + divisor // 2) // divisor, 0, slice_.white), raw.dtype)
+
+
+def _put(xp: Any, beside: Any, numbers: Any) -> Any:
+    """Integers of NumPy as an array beside another one."""
+    return xp.asarray(np.asarray(numbers, np.int64), dtype=xp.int64, device=device(beside))
+
+
+def _at(xp: Any, x: Any, places: Any, axis: int) -> Any:
+    return xp.take(x, _put(xp, x, places), axis=axis)
+
+
+def _sums(xp: Any, x: Any, slice_: Slice, axis: int, outputs: range) -> Any:
+    """Sums of a dimension for neighbouring outputs, with moving sums for the interpolation."""
+    m, box, step, length = slice_.micro_image_size, slice_.box, slice_.step, x.shape[axis]
+    offset, unit = (output_offset(m, s, slice_.align, box) for s in (slice_.shift, 1))
+    # Ranges that each of the interpolation's moving sums needs, the last one first.
+    low, high = outputs.start * step, (outputs.stop - 1) * step + 1
+    ranges = [(low, high)]
+    for _ in range(slice_.order):
+        low, high = max(0, low + unit - box + 1), min(length, high + unit)
+        ranges.append((low, high))
+    low, high = ranges.pop()
+    x = _first_sums(xp, x, slice_, axis, range(low + offset, high + offset, step))
+    for first, last in reversed(ranges):
+        # Index 0 of x is output `low`; a' = 1 is the moving sum.
+        x = _moving_sum(xp, x, box, axis, range(first + unit - low, last + unit - low))
+        low = first
+    return x
+
+
+def _first_sums(xp: Any, x: Any, slice_: Slice, axis: int, newest: range) -> Any:
+    """Sums over the box up to equally spaced places of the re-ordered line."""
+    m, shift, box = slice_.micro_image_size, slice_.shift, slice_.box
+    start, stop, length = newest[0] - box + 1, newest[-1] + 1, x.shape[axis]
     p = np.arange(start, stop)
     entering = None
     for u in range(m):
-        if not np.any((p - u * shift) % m == 0):
-            continue
         # y[p] is the sum of the pixels with M j + u a' = p.
         source = p - u * (shift - 1)
         there = ((p - u * shift) % m == 0) & (source >= 0) & (source < length)
         if not there.any():
             continue
-        index = xp.asarray(np.where(there, source, 0), dtype=xp.int64, device=device(x))
-        part = xp.take(x, index, axis=axis)
-        shape = (-1, 1, 1) if axis == 0 else (1, -1, 1)
-        mask = xp.asarray(there.astype(np.int64), dtype=xp.int64, device=device(x))
-        part = part * xp.reshape(mask, shape)
+        mask = _put(xp, x, there)
+        part = _at(xp, x, np.where(there, source, 0), axis)
+        part = part * xp.reshape(mask, (-1, 1, 1) if axis == 0 else (1, -1, 1))
         entering = part if entering is None else entering + part
     if entering is None:
-        shape_out = [len(outputs) if n == axis else size for n, size in enumerate(x.shape)]
+        shape_out = [len(newest) if n == axis else size for n, size in enumerate(x.shape)]
         return xp.zeros(tuple(shape_out), dtype=xp.int64, device=device(x))
-    return _moving_sum(xp, entering, m, axis, range(m - 1, stop - start, outputs.step))
+    return _moving_sum(xp, entering, box, axis, range(box - 1, stop - start, newest.step))
 
 
-def device_refocus(raw: Any, slice_: Slice) -> Any:
-    """Refocus an array of any library, arguments checked by the caller."""
-    xp = array_namespace(raw)
-    m, units, region, filter_ = slice_.micro_image_size, slice_.units, slice_.region, slice_.taps
-    shape = slice_.result_shape
-    if 0 in shape:
-        return xp.zeros(shape, dtype=raw.dtype, device=device(raw))
-    fits = slice_.upsample and slice_.align == "centred" and m > 1
-    if fits and units == 0 and slice_.order == 0:
-        result = _fused(xp, raw, m, slice_.shift, slice_.pixel_bits, region)
-        if result is not None:
-            return result
-    # Sharpening needs one more lens on each side.
-    wider = region
-    if units:
-        wider = (_wider(region[0], m, raw.shape[0]), _wider(region[1], m, raw.shape[1]))
-    x = _both_sums(xp, raw, slice_, wider)
-    for axis in (0, 1) if units else ():
-        pixels, first = np.arange(region[axis].start, region[axis].stop), wider[axis].start
-        before, behind = (
-            _at(xp, x, np.where((k >= 0) & (k < raw.shape[axis]), k, pixels) - first, axis)
-            for k in (pixels - m, pixels + m)
-        )
-        middle = _at(xp, x, pixels - first, axis)
-        x = filter_.centre * middle - filter_.side * (before + behind)
-    divisor = slice_.divisor * filter_.scale**2
-    result = xp.clip((x + divisor // 2) // divisor, 0, slice_.white)
-    return xp.reshape(xp.astype(result, raw.dtype), shape)
-
-
-def _wider(part: range, m: int, length: int) -> range:
-    return range(max(0, part.start - m), min(length, part.stop + m))
-
-
-def _at(xp: Any, x: Any, places: Any, axis: int) -> Any:
-    return xp.take(x, xp.asarray(places, dtype=xp.int64, device=device(x)), axis=axis)
-
-
-def _both_sums(xp: Any, raw: Any, slice_: Slice, region: tuple[range, range]) -> Any:
-    """Sums of both dimensions, shape (rows, columns, channels) of the region."""
-    x = xp.astype(xp.reshape(raw, (raw.shape[0], raw.shape[1], -1)), xp.int64)
-    m, step = slice_.micro_image_size, slice_.step
-    box = output_offset(m, 1, slice_.align)
-    for axis in (1, 0):
-        part, length = region[axis], raw.shape[axis]
-        # Ranges that each of the interpolation's moving sums needs, the last one first.
-        low, high = part.start * step, (part.stop - 1) * step + 1
-        ranges = [(low, high)]
-        for _ in range(slice_.order):
-            low, high = max(0, low + box - m + 1), min(length, high + box)
-            ranges.append((low, high))
-        low, high = ranges.pop()
-        offset = output_offset(m, slice_.shift, slice_.align)
-        x = _sums(xp, x, m, slice_.shift, axis, range(low + offset, high + offset, step))
-        for first, last in reversed(ranges):
-            # Index 0 of x is output `low`; a' = 1 is the moving sum.
-            x = _moving_sum(xp, x, m, axis, range(first + box - low, last + box - low))
-            low = first
-    return x
-
-
-def _stream(raw: Any) -> int:
-    """The CUDA stream of the array's library."""
-    if is_torch_array(raw):
-        import torch
-
-        return int(torch.cuda.current_stream(raw.device).cuda_stream)
-    import cupy
-
-    return int(cupy.cuda.get_current_stream().ptr)
-
-
-def _fused(
-    xp: Any, raw: Any, m: int, shift: int, bits: int, region: tuple[range, range]
-) -> Any | None:
-    """Result of the fused kernel, or None where there is no NVIDIA GPU or it does not fit."""
-    if not (is_cupy_array(raw) or (is_torch_array(raw) and raw.is_cuda)):
-        return None
-    try:
-        from plenofir.refocus.cuda import cuda_refocus, fits
-    except ImportError:
-        return None
-    if not fits(m, shift, bits):
-        return None
-    out = xp.empty(
-        (len(region[0]), len(region[1]), *raw.shape[2:]), dtype=raw.dtype, device=device(raw)
-    )
-    # A copy if it is a view that is not contiguous.
-    flat = xp.reshape(raw, (raw.shape[0], -1))
-    flat = flat.contiguous() if is_torch_array(flat) else xp.asarray(flat, order="C")
-    goal = xp.reshape(out, (out.shape[0], -1))
-    cuda_refocus(flat, goal, m, shift, bits, region, _stream(raw))
-    return out
-
-
-def _moving_sum(xp: Any, x: Any, m: int, axis: int, outputs: range) -> Any:
-    """Sums of the M pixels up to each output; 0 outside of x."""
+def _moving_sum(xp: Any, x: Any, box: int, axis: int, newest: range) -> Any:
+    """Sums of the box of pixels up to each newest one; 0 outside of x."""
     length = x.shape[axis]
     total = xp.cumulative_sum(x, axis=axis, dtype=xp.int64, include_initial=True)
-    last = np.asarray(outputs) + 1
+    last = np.asarray(newest) + 1
+    return _at(xp, total, np.clip(last, 0, length), axis) - _at(
+        xp, total, np.clip(last - box, 0, length), axis
+    )
 
-    def at(places: Any) -> Any:
-        inside = np.clip(places, 0, length)
-        return xp.take(total, xp.asarray(inside, dtype=xp.int64, device=device(x)), axis=axis)
 
-    return at(last) - at(last - m)
+class _Gpu(NamedTuple):
+    """An NVIDIA GPU that holds an array."""
+
+    number: int
+    active: AbstractContextManager[Any]  # makes it the library's current device
+    stream: Callable[[], int]  # the library's stream there
+
+
+def _gpu_of(xp: Any, array: Any) -> _Gpu | None:
+    """The GPU of an array of CuPy or PyTorch; None for other arrays."""
+    if is_cupy_array(array):
+        return _Gpu(array.device.id, array.device, lambda: int(xp.cuda.get_current_stream().ptr))
+    if is_torch_array(array) and array.is_cuda:
+        return _Gpu(
+            array.device.index,
+            xp.cuda.device(array.device),
+            lambda: int(xp.cuda.current_stream(array.device).cuda_stream),
+        )
+    return None
+
+
+def _on_gpu(xp: Any, raw: Any, slice_: Slice, out: Any) -> Any | None:
+    """The result from an NVIDIA GPU; None where that is none, or its own code cannot run.
+
+    The GPU's code depends on NVIDIA's libraries, driver and card, which fail in ways that no list
+    has, and the library's operations give an equal picture; so every failure is told, once.
+    """
+    gpu = _gpu_of(xp, raw)
+    if gpu is None:
+        return None
+    try:
+        from plenofir.refocus.gpu.program import refocus_at
+
+        with gpu.active:
+            pixels = _contiguous(xp, raw)
+            picture = out
+            if out is None or _contiguous(xp, out) is not out:
+                picture = xp.empty(slice_.result_shape, dtype=raw.dtype, device=device(raw))
+            reached = [
+                xp.asarray(weight, device=device(raw))
+                for weight in (_weights(slice_) if slice_.normalise else ())
+            ]
+            down, across = map(_address, reached) if reached else (0, 0)
+            at = (_address(pixels), _address(picture), down, across)
+            if not refocus_at(slice_, at, gpu.stream(), gpu.number):
+                return None
+            if out is not None and picture is not out:
+                out[...] = picture
+            return picture if out is None else out
+    except Exception as failure:
+        lacks = isinstance(failure, ModuleNotFoundError) and failure.name
+        error = missing(lacks) if lacks else failure
+        reason = (str(error).splitlines() or [""])[0] or type(error).__name__
+        compiling.hindered(
+            "gpu", f"the library's own operations refocus, which takes longer ({reason})"
+        )
+        return None
+
+
+def _contiguous(xp: Any, array: Any) -> Any:
+    """The array itself if it is contiguous, otherwise a copy."""
+    if is_torch_array(array):
+        return array.contiguous()
+    return array if array.flags.c_contiguous else xp.ascontiguousarray(array)
+
+
+def _address(array: Any) -> int:
+    return int(array.data_ptr() if is_torch_array(array) else array.data.ptr)

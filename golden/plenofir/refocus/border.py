@@ -27,13 +27,17 @@ def check_border(border: str) -> None:
 
 
 @lru_cache(maxsize=512)
-def arrived(length: int, micro_image_size: int, shift: int, order: int, align: Align) -> Sums:
-    """Sums of weights for each output of one dimension, shape (length,); M^(1 + order) inside.
+def arrived(
+    length: int, micro_image_size: int, shift: int, order: int, align: Align, box: int | None = None
+) -> Sums:
+    """Sums of weights for each output of one dimension, shape (length,); B^(1 + order) inside.
 
-    They are the sums of a row of ones.
+    They are the sums of a row of ones. `box`: samples B of the box, M if None.
     """
     ones = np.ones(length, np.int64)
-    weights = interpolated_sums(ones, micro_image_size, shift, axis=0, align=align, order=order)
+    weights = interpolated_sums(
+        ones, micro_image_size, shift, axis=0, align=align, order=order, box=box
+    )
     weights.flags.writeable = False
     return weights
 

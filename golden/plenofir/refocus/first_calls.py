@@ -144,9 +144,12 @@ def _job_of(kind: Kind) -> _Job | None:
 def refocus_image(
     raw: Image, slice_: Slice, *, out: Image | None = None, threads: int | None = None
 ) -> Image:
-    """Refocus an image by compiled code, or by its equal in NumPy until that is compiled."""
+    """Refocus an image by compiled code, or by its equal in NumPy until that is compiled.
+
+    Boxes smaller than a micro image are summed by NumPy alone.
+    """
     job, m, units = None, slice_.micro_image_size, slice_.units
-    if m > 1 or units:
+    if slice_.box == m and (m > 1 or units):
         job = _job_of(Kind(raw.dtype.itemsize, raw.shape[2:], m, slice_.order, units))
     try:
         if job and job.ready():

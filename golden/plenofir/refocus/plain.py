@@ -51,18 +51,18 @@ def _words(slice_: Slice) -> _Words:
     )
 
 
-def _line_sums(x: Integers, m: int, shift: int, places: range, word: Any) -> Integers:
-    """Sums S[p] of M lines of x for places p, shape (places, ...); lines outside of x are zero."""
+def _line_sums(x: Integers, m: int, shift: int, box: int, places: range, word: Any) -> Integers:
+    """Sums S[p] of B lines of x for places p, shape (places, ...); lines outside of x are zero."""
     sums = np.zeros((len(places), *x.shape[1:]), word)
     # How far back the lines lie that enter at places of each rest modulo M.
     entering: list[list[int]] = [[] for _ in range(m)]
     for u in range(m):
         entering[u * shift % m].append(u * (shift - 1))
     total = sums[:1].reshape(x.shape[1:])
-    for u in range(m) if len(places) else ():
-        line = m * ((places[0] - u * shift) // m) + u
-        if 0 <= line < len(x):
-            total += x[line]
+    for place in range(places[0] - box + 1, places[0] + 1) if len(places) else ():
+        for back in entering[place % m]:
+            if 0 <= place - back < len(x):
+                total += x[place - back]
     for n in range(1, len(places)):
         before, total = total, sums[n]
         for place in range(places[n - 1] + 1, places[n] + 1):
@@ -71,8 +71,10 @@ def _line_sums(x: Integers, m: int, shift: int, places: range, word: Any) -> Int
                 # Unsigned words wrap around in between; the sum itself fits.
                 if 0 <= enters < len(x):
                     before = np.add(before, x[enters], out=total)
-                if 0 <= enters - m < len(x):
-                    before = np.subtract(before, x[enters - m], out=total)
+            for back in entering[(place - box) % m]:
+                leaves = place - box - back
+                if 0 <= leaves < len(x):
+                    before = np.subtract(before, x[leaves], out=total)
         if before is not total:
             total[...] = before
     return sums
@@ -80,20 +82,19 @@ def _line_sums(x: Integers, m: int, shift: int, places: range, word: Any) -> Int
 
 def _sums(x: Integers, slice_: Slice, outputs: range, word: Any) -> Integers:
     """Sums of lines for each output, with moving sums for the interpolation."""
-    m, step, length = slice_.micro_image_size, slice_.step, len(x)
-    box = output_offset(m, 1, slice_.align)
+    m, box, step, length = slice_.micro_image_size, slice_.box, slice_.step, len(x)
+    offset, unit = (output_offset(m, s, slice_.align, box) for s in (slice_.shift, 1))
     low, high = outputs.start * step, (outputs.stop - 1) * step + 1
     # Ranges that each of the interpolation's moving sums needs, the last one first.
     ranges = [(low, high)]
     for _ in range(slice_.order):
-        low, high = max(0, low + box - m + 1), min(length, high + box)
+        low, high = max(0, low + unit - box + 1), min(length, high + unit)
         ranges.append((low, high))
     low, high = ranges.pop()
-    offset = output_offset(m, slice_.shift, slice_.align)
-    x = _line_sums(x, m, slice_.shift, range(low + offset, high + offset, step), word)
+    x = _line_sums(x, m, slice_.shift, box, range(low + offset, high + offset, step), word)
     for first, last in reversed(ranges):
         # Further moving sums, those of the interpolation, have the focus setting 1 / M.
-        x = _line_sums(x, m, 1, range(first + box - low, last + box - low), word)
+        x = _line_sums(x, m, 1, box, range(first + unit - low, last + unit - low), word)
         low = first
     return x
 
@@ -176,8 +177,8 @@ def plain_refocus(
         return image
     words, reached = _words(slice_), [np.full(length, slice_.full) for length in lengths]
     if slice_.normalise:
-        m, shift = slice_.micro_image_size, slice_.shift
-        reached = [arrived(length, m, shift, slice_.order, slice_.align) for length in lengths]
+        m, shift, box = slice_.micro_image_size, slice_.shift, slice_.box
+        reached = [arrived(n, m, shift, slice_.order, slice_.align, box) for n in lengths]
     down, across = (
         weights[:: slice_.step][part.start : part.stop]
         for weights, part in zip(reached, slice_.region, strict=True)

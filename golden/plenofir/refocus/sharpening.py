@@ -63,17 +63,22 @@ def taps(units: int) -> Taps:
     return Taps(share.numerator, share.denominator.bit_length() - 1)
 
 
-def derived_moment(micro_image_size: int, shift: int, order: int = 0) -> Fraction:
+def derived_moment(
+    micro_image_size: int, shift: int, order: int = 0, box: int | None = None
+) -> Fraction:
     """Second moment of the operator along a dimension, in lenses squared.
 
-    Result: ((1 - g^2/M^2) + order (1 - 1/M^2)) / 12 with g = gcd(a', M).
+    `box`: samples B of the box, M if None. Result: ((B^2 - g^2) + order (B^2 - 1)) / (12 M^2) with
+    g = gcd(a', M).
     """
     m, common = micro_image_size, gcd(shift, micro_image_size)
-    share = (1 - Fraction(common, m) ** 2) + order * (1 - Fraction(1, m) ** 2)
-    return share / 12
+    square = (m if box is None else box) ** 2
+    return Fraction(square - common**2 + order * (square - 1), 12 * m**2)
 
 
-def automatic_units(micro_image_size: int, shift: int, order: int = 0) -> int:
+def automatic_units(
+    micro_image_size: int, shift: int, order: int = 0, box: int | None = None
+) -> int:
     """Weight that `auto` takes, in 64ths: three quarters of the second moment; 0 for an integer a.
 
     Result: 64 b: with nearest neighbour 0 for an integer a, 3 where M/g = 2, 4 (b = 1/16)
@@ -81,7 +86,7 @@ def automatic_units(micro_image_size: int, shift: int, order: int = 0) -> int:
     """
     if shift % micro_image_size == 0:
         return 0
-    share = Fraction(3, 4) * derived_moment(micro_image_size, shift, order)
+    share = Fraction(3, 4) * derived_moment(micro_image_size, shift, order, box)
     return int(share * WEIGHT_UNITS + Fraction(1, 2))
 
 
@@ -107,15 +112,17 @@ def sharpening_units(
     shift: int,
     order: int = 0,
     *,
+    box: int | None = None,
     where: str = "sharpen",
 ) -> int:
     """Weight b of an option, in 64ths.
 
-    `sharpen`: "auto", "off", or b itself, as a number or as text such as "1/16". Result: 64 b, 0 to
-    16. Raises `InputError` if there is no such sharpening.
+    `sharpen`: "auto", "off", or b itself, as a number or as text such as "1/16". `box`: samples B
+    of the box, M if None. Result: 64 b, 0 to 16. Raises `InputError` if there is no such
+    sharpening.
     """
     units = _fixed_units(sharpen, where)
-    return automatic_units(micro_image_size, shift, order) if units is None else units
+    return automatic_units(micro_image_size, shift, order, box) if units is None else units
 
 
 def check_sharpen(sharpen: Sharpen, where: str = "sharpen") -> Sharpen:

@@ -26,6 +26,7 @@ class Slice:
     units: int = 0  # sharpening weight in 64ths
     upsample: bool = True
     normalise: bool = False  # divide the border by the weights there (`plenofir.refocus.border`)
+    box_samples: int | None = None  # B of a box that is smaller than a micro image
 
     def __post_init__(self) -> None:
         """Refuse sums that do not fit, whoever adds them."""
@@ -41,13 +42,13 @@ class Slice:
 
     @property
     def box(self) -> int:
-        """Samples of the re-ordered line that a sum adds: S = box * y, one micro image wide."""
-        return self.micro_image_size
+        """Samples of the re-ordered line that a sum adds, B: S = box * y."""
+        return self.micro_image_size if self.box_samples is None else self.box_samples
 
     @property
     def full(self) -> int:
-        """Weight of a pixel's sum in one dimension, with each order of interpolation M times."""
-        return self.box * int(self.micro_image_size**self.order)
+        """Weight of a pixel's sum in one dimension, with each order of interpolation B times."""
+        return int(self.box ** (1 + self.order))
 
     @property
     def divisor(self) -> int:

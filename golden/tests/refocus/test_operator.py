@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The operator's forms agree with each other and with the equation, for any M, a' and size."""
 
+from fractions import Fraction
+from math import gcd
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from plenofir.ground.errors import InputError
 from plenofir.refocus import (
+    ExactArithmetic,
     FilterLayout,
     filter_lines,
     gather_sums,
@@ -37,6 +42,56 @@ def test_gather_equals_scatter_and_moving_sum(m, shift, length, align, seed):
     want = scatter_sums(x, m, shift, axis=0, offset=offset)
     assert np.array_equal(gather_sums(x, m, shift, axis=0, offset=offset), want)
     assert np.array_equal(moving_sums(x, m, shift, axis=0, offset=offset), want)
+
+
+@given(micro_image_sizes, shifts, st.integers(0, 12), st.integers(1, 60), alignments, seeds)
+def test_boxes_of_fewer_samples_in_all_forms(m, shift, number, length, align, seed):
+    common = gcd(shift, m)
+    box = common * (1 + number % (m // common))
+    x = samples(seed, length)
+    offset = output_offset(m, shift, align, box)
+    want = scatter_sums(x, m, shift, axis=0, offset=offset, box=box)
+    assert np.array_equal(gather_sums(x, m, shift, axis=0, offset=offset, box=box), want)
+    assert np.array_equal(moving_sums(x, m, shift, axis=0, offset=offset, box=box), want)
+    # Inside each output is the sum of `box` pixels.
+    reach = m * (abs(shift) + 2)
+    ones = np.ones(4 * reach)
+    inside = gather_sums(ones, m, shift, axis=0, offset=offset, box=box)[reach + m : -reach - m]
+    assert np.all(inside == box)
+
+
+@given(micro_image_sizes, st.integers(-4, 6), seeds)
+def test_a_box_of_the_shift_shows_a_focused_camera_s_micro_images(m, shift, seed):
+    """Neighbouring micro images that show one line M / a' pixels apart give that line."""
+    box = abs(shift)
+    if not 1 <= box <= m or gcd(shift, m) > 1:
+        return
+    # An object in steps of |a'| pixels of the picture; sample u of micro image j is at M j + u a'.
+    pictured = np.repeat(samples(seed, 40 * m), box)
+    j, u = np.divmod(np.arange(8 * m), m)
+    line = pictured[m * j + u * shift + 20 * m * box]
+    offset = output_offset(m, shift, "causal", box)
+    sums = gather_sums(line, m, shift, axis=0, offset=offset, box=box)
+    k = np.arange(8 * m)
+    # The box holds the places k - B + 1 .. k; those of one sample of the object are equal.
+    places = k[:, None] - np.arange(box) + 20 * m * box
+    inside = slice(m * (box + 2), -m * (box + 2))
+    assert np.array_equal(sums[inside], pictured[places].sum(axis=1)[inside])
+
+
+@pytest.mark.parametrize(
+    ("m", "shift", "box", "message"),
+    [(5, 5, 3, "multiple of gcd"), (5, 1, 6, "5 samples or fewer"), (5, 1, 0, "1 or more")],
+)
+def test_boxes_that_do_not_exist(m, shift, box, message):
+    raw = np.zeros((10, 10), np.uint8)
+    for call in (
+        lambda: refocus(raw, m, Fraction(shift, m), box=box),
+        lambda: ExactArithmetic().refocus(raw, m, shift=shift, box=box),
+        lambda: refocus_sums(raw, m, shift=shift, box=box),
+    ):
+        with pytest.raises(InputError, match=message):
+            call()
 
 
 @given(

@@ -2,6 +2,7 @@
 """The call for users: sizes, types, rounding, focus settings, bad input."""
 
 from fractions import Fraction
+from math import gcd
 
 import numpy as np
 import pytest
@@ -231,10 +232,32 @@ def test_shift_and_focus_setting_cannot_be_mixed_up():
 def test_clamping_changes_no_sum(m, shift, shape, align, order):
     raw = random_image(shape, np.uint8)
     bounded = clamped_shift(m, shift, shape)
-    assert bounded == shift or (bounded % m == 0 and abs(bounded) < abs(shift))
-    rows = interpolated_sums(raw, m, shift, axis=1, align=align, order=order)
-    want = interpolated_sums(rows, m, shift, axis=0, align=align, order=order)
-    assert np.array_equal(refocus_sums(raw, m, shift=shift, align=align, order=order), want)
+    assert (bounded - shift) % m == 0
+    assert abs(bounded) <= min(abs(shift), 2 * max(shape) + 4 * m)
+    # A box of fewer samples shows where the view that stays in place lies.
+    for box in (m, gcd(m, shift)):
+        options = {"align": align, "order": order, "box": box}
+        rows = interpolated_sums(raw, m, shift, axis=1, **options)
+        want = interpolated_sums(rows, m, shift, axis=0, **options)
+        assert np.array_equal(refocus_sums(raw, m, shift=shift, **options), want)
+
+
+@given(data=st.data())
+def test_boxes_equal_the_bit_true_model(data):
+    m, shift = data.draw(st.integers(1, 9)), data.draw(st.integers(-20, 25))
+    common = gcd(shift, m)
+    shape = tuple(data.draw(st.integers(m, m + 30)) for _ in "yx")
+    raw = random_image(shape + data.draw(st.sampled_from([(), (3,)])), np.uint8)
+    order = data.draw(st.integers(0, 3))
+    options = {
+        "align": data.draw(st.sampled_from(["centred", "causal"])),
+        "sharpen": data.draw(st.sampled_from(["off", "auto", Fraction(3, 64)])),
+        "border": data.draw(st.sampled_from(["zero", "normalise"])),
+        "box": common * data.draw(st.integers(1, m // common)),
+    }
+    image = refocus(raw, m, Fraction(shift, m), interpolation=order, **options)
+    want = ExactArithmetic().refocus(raw, m, shift=shift, order=order, **options)
+    assert np.array_equal(image, want)
 
 
 @pytest.mark.parametrize("a", [10**5, -(10**8), 10**21, "-1" + 300 * "0"])

@@ -189,6 +189,7 @@ def test_chain(capture: Path) -> None:
         (("-a", "2/5", "--interpolation", "linear"), {"a": "2/5", "interpolation": 1}),
         (("-a", "1", "--no-upsample"), {"a": 1, "upsample": False}),
         (("-a", "1/5", "--interpolation", "nearest"), {"a": "1/5"}),
+        (("-a", "2/5", "--box", "3"), {"a": "2/5", "box": 3, "interpolation": 1}),
         (
             ("-a", "0", "--sharpen", "off", "--region", "5:,:20"),
             {"a": 0, "region": (slice(5, None), slice(20)), "interpolation": 1},
