@@ -52,7 +52,8 @@ NO_MODULES = {
     "machine_code",
     "threads",
     "arrays",
-    "cuda",
+    "constants",
+    "program",
 }
 NO_TESTS = {"test_batch", "test_batch_kills", "test_arrays", "test_kept_code"}
 # Compiled modules, whose lines are not traced, and the one that calls them.

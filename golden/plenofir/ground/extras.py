@@ -6,6 +6,7 @@ from plenofir.ground.errors import InputError
 EXTRAS = {
     "array_api_compat": "arrays",
     "cryptography": "batch",
+    "cuda": "gpu",
     "cv2": "cameras",
     "dask": "batch",
     "distributed": "batch",

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arrays of other libraries: equal to the reference, and never copied to the host's memory."""
 
-import os
-import subprocess
-import sys
 from fractions import Fraction
+from math import gcd
 
 import array_api_strict
 import numpy as np
@@ -28,17 +26,22 @@ def test_array_api_equals_the_reference(data):
     raw = random_image(shape + data.draw(st.sampled_from([(), (3,)])), dtype)
     region = tuple(slice(*sorted(data.draw(st.tuples(*[st.integers(0, 40)] * 2)))) for _ in "yx")
     sharpen = data.draw(st.sampled_from(["off", "auto", Fraction(5, 64)]))
+    border = data.draw(st.sampled_from(["zero", "normalise"]))
+    common = gcd(shift, m)
+    box = common * data.draw(st.integers(1, m // common))
     image = refocus(
         array_api_strict.asarray(raw),
         m,
         Fraction(shift, m),
         align=align,
         interpolation=order,
-        sharpen=sharpen,
         region=region,
+        sharpen=sharpen,
+        border=border,
+        box=box,
     )
-    exact = ExactArithmetic()
-    want = exact.refocus(raw, m, shift=shift, align=align, order=order, sharpen=sharpen)[region]
+    options = {"align": align, "order": order, "sharpen": sharpen, "border": border, "box": box}
+    want = ExactArithmetic().refocus(raw, m, shift=shift, **options)[region]
     assert image.dtype == getattr(array_api_strict, dtype.__name__)
     assert np.array_equal(np.asarray(image), want)
 
@@ -58,50 +61,6 @@ def test_bad_arrays():
     image = array_api_strict.zeros((9, 9), dtype=array_api_strict.uint8)
     with pytest.raises(InputError, match=r"^out: "):
         refocus(image, 3, 1, out=np.zeros((9, 9), np.uint8))
-
-
-SIMULATED = """
-import numpy as np
-import plenofir.refocus.cuda as kernel
-from plenofir.refocus import ExactArithmetic
-
-# Small tiles: their borders lie everywhere, and simulated threads are slow.
-kernel.THREADS, kernel.TILE_ROWS, kernel.TILE_COLUMNS = 8, 8, 32
-rng = np.random.default_rng(0)
-for m, shift, shape, kind in (
-    (5, -3, (21, 37), np.uint8),
-    (4, 6, (13, 40, 3), np.uint16),
-    (3, 3, (10, 50), np.uint8),
-    (11, 7, (23, 35), np.uint8),
-    (2, -9, (9, 40), np.uint16),
-):
-    for raw in (
-        rng.integers(0, np.iinfo(kind).max, shape, kind, endpoint=True),
-        np.full(shape, np.iinfo(kind).max, kind),
-    ):
-        rows, columns = range(2, shape[0]), range(1, shape[1] - 1)
-        want = ExactArithmetic().refocus(raw, m, shift=shift)[2:, 1:-1]
-        out = np.zeros_like(want)
-        flat = out.reshape(len(out), -1)
-        bits = 8 * raw.itemsize
-        x = raw.reshape(len(raw), -1)
-        kernel.cuda_refocus(x, flat, m, shift, bits, (rows, columns), 0)
-        assert np.array_equal(out, want), (m, shift)
-assert kernel.fits(11, 33, 8) and kernel.fits(99, 100, 16)
-assert not kernel.fits(200, 1, 16) and not kernel.fits(99, 1000, 8)
-"""
-
-
-def test_fused_kernel_in_the_simulator():
-    environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1"}
-    done = subprocess.run(
-        [sys.executable, "-c", SIMULATED],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
 
 
 def on_gpu(library):

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The refocusing operator (plenofir.refocus.operator) for a GPU, exact, in one kernel.
+//
+// A block makes a tile of the picture in three steps with barriers between:
+//
+// 1. A thread runs down a column of samples and keeps moving sums; they go to shared memory.
+// 2. A thread runs along a segment of a line of these sums and divides; quotients go to shared memory.
+// 3. Threads copy the tile to the picture, neighbours side by side.
+//
+// Both runs are `run_of_sums`: a moving sum over the re-ordered line, one more for each order of interpolation, and taps
+// a lens apart. The constants in front of this text (plenofir.refocus.gpu.constants) are those of one kind of picture:
+//
+//   M, SHIFT, BOX, OFFSET             the operator in pixels: M, a', B, and the index of S that output 0 takes
+//   UNIT_OFFSET, ORDER                the same offset for a' = 1, and the moving sums of the interpolation
+//   STEP                              outputs are STEP pixels apart: 1, or M for one pixel of each lens
+//   SIDE, CENTRE, SCALE               taps of the sharpening in whole numbers, and their gain; SIDE 0: none
+//   FULL, NORMALISED                  the weight of a dimension where all views have a pixel; whether borders are divided
+//                                     by what reached them
+//   CHANNELS, WHITE                   samples of a pixel, and the largest one
+//   TILE_ROWS, TILE_COLUMNS, SEGMENT  outputs of a tile, and of a thread of step 2
+//   LOW, HIGH                         columns that a tile needs before its first output, and behind its last one
+//   WHOLE_LENSES                      tiles and segments begin at whole lenses, so that places in a lens are constants
+//   PADDED                            shared memory holds zeros for the columns outside of the picture
+//   UNROLLED                          runs are unrolled, their rings are registers
+//   THREADS                           threads of a block
+//   GROUPS, VIEWS_APART               views that meet at a place: gcd(a', M), and the distance between them
+//   FIRST_VIEW[M]                     the first view that meets at p modulo M, -1 if there is none
+//   HELD_COLUMNS                      columns of sums in shared memory
+//   Pixel, Offset                     types of samples, and of places in a picture
+//   RunningColumn, ColumnSum, LineSum types of sums of a column, as they run and as they are kept, and of both dimensions
+
+constexpr int LENS = SIDE ? M : 0;
+constexpr int RING = BOX / STEP;
+constexpr int WARM_STEPS = (ORDER + 1) * (RING - 1);
+constexpr int ROW_STEPS = TILE_ROWS + 2 * LENS + WARM_STEPS;
+constexpr int NO_ROW = -2147483647 - 1;
+constexpr Offset NO_LINE = Offset(-1);
+
+__device__ inline int rest_of(int place)
+{
+    const int rest = place % M;
+    return rest < 0 ? rest + M : rest;
+}
+
+// The first place of S that a run for outputs from `first` on takes in.
+__device__ inline int first_place(int first)
+{
+    return STEP * (first - LENS - WARM_STEPS + ORDER * UNIT_OFFSET) + OFFSET;
+}
+
+// Sums for OUTPUTS neighbouring outputs from `first` on, of a line of `length` outputs.
+// entering(i) is the sum of the pixels at the i-th place; inside(k) says whether all views reach output k;
+// store(i, sum) takes the i-th result.
+template <class Sum, int OUTPUTS, class Entering, class Inside, class Store>
+__device__ inline void run_of_sums(int first, int length, Entering entering, Inside inside, Store store)
+{
+    constexpr int STEPS = OUTPUTS + 2 * LENS + WARM_STEPS;
+    Sum ring[ORDER + 1][RING], total[ORDER + 1], waiting[SIDE ? 2 * LENS : 1];
+#pragma unroll
+    for (int stage = 0; stage <= ORDER; stage++) {
+        total[stage] = 0;
+#pragma unroll (UNROLLED ? RING : 1)
+        for (int i = 0; i < RING; i++) ring[stage][i] = 0;
+    }
+#pragma unroll (UNROLLED ? STEPS : 1)
+    for (int i = 0; i < STEPS; i++) {
+        Sum value = entering(i);
+#pragma unroll
+        for (int stage = 0; stage <= ORDER; stage++) {
+            // The first sums of a stage lack pixels, so the next one begins later.
+            const int step = i - stage * (RING - 1);
+            if (step < 0) continue;
+            if (stage > 0) {
+                const int k = first - LENS - WARM_STEPS + (ORDER - stage + 1) * UNIT_OFFSET + i;
+                if (k < 0 || k >= length) value = 0;
+            }
+            total[stage] += value - ring[stage][step % RING];
+            ring[stage][step % RING] = value;
+            value = total[stage];
+        }
+        const int made = i - WARM_STEPS;
+        if (made < 0) continue;
+        if constexpr (SIDE == 0) {
+            store(made, value);
+        } else {
+            const int k = first + made - 2 * LENS;
+            if (made >= 2 * LENS) {
+                const Sum middle = waiting[(made + LENS) % (2 * LENS)];
+                const bool here = inside(k);
+                const Sum before = here && inside(k - LENS) ? waiting[made % (2 * LENS)] : middle;
+                const Sum behind = here && inside(k + LENS) ? value : middle;
+                store(made - 2 * LENS, CENTRE * middle - SIDE * (before + behind));
+            }
+            waiting[made % (2 * LENS)] = value;
+        }
+    }
+}
+
+// A sum over its weight, rounded, halves up, and limited to 0 .. WHITE.
+__device__ inline Pixel quotient(LineSum sum, LineSum weight)
+{
+    constexpr LineSum whole = LineSum(FULL) * FULL * SCALE * SCALE;
+    if (sum <= 0 || weight == 0) return 0;
+    const LineSum result = !NORMALISED || weight == whole ? (sum + whole / 2) / whole : (sum + weight / 2) / weight;
+    return Pixel(result > LineSum(WHITE) ? LineSum(WHITE) : result);
+}
+
+// Sums of columns, and behind them the tile's picture.
+extern __shared__ __align__(16) unsigned char block_memory[];
+// By step the line that enters the sums of columns; where several do, the row of the first one.
+__shared__ Offset entering[ROW_STEPS];
+
+// x: samples of the raw picture. out: the region of the picture from row_start to before row_stop, and alike for columns.
+// reached_rows, reached_columns: weights of all outputs of a dimension, if NORMALISED.
+extern "C" __global__ void __launch_bounds__(THREADS)
+refocus_tile(const Pixel* __restrict__ x, Pixel* __restrict__ out, const long long* __restrict__ reached_rows,
+             const long long* __restrict__ reached_columns, int rows, int columns, int row_start, int row_stop,
+             int column_start, int column_stop)
+{
+    const int thread = threadIdx.x;
+    const Offset pitch = Offset(columns) * CHANNELS;
+    const int row0 = row_start + int(blockIdx.y) * TILE_ROWS;
+    // Tiles begin at multiples of a segment, whatever the region is.
+    const int column0 = (column_start / SEGMENT) * SEGMENT + int(blockIdx.x) * TILE_COLUMNS;
+    const int row_outputs = rows / STEP, column_outputs = columns / STEP;
+    // Columns of sums that the tile holds.
+    int origin = STEP * column0 - LOW, end = STEP * (column0 + TILE_COLUMNS - 1) + HIGH + 1;
+    if (!PADDED) {
+        origin = origin > 0 ? origin : 0;
+        end = end < columns ? end : columns;
+    }
+    const int width = end > origin ? (end - origin) * CHANNELS : 0;
+    ColumnSum* const sums = (ColumnSum*)block_memory;
+    Pixel* const picture = (Pixel*)(sums + TILE_ROWS * HELD_COLUMNS * CHANNELS);
+    for (int i = thread; i < ROW_STEPS; i += THREADS) {
+        const int place = first_place(row0) + STEP * i, view = FIRST_VIEW[rest_of(place)];
+        const int row = view < 0 ? NO_ROW : place - view * (SHIFT - 1);
+        entering[i] = GROUPS > 1 ? row : row < 0 || row >= rows ? NO_LINE : row * pitch;
+    }
+    // Whether all rows that enter are in the picture: then nothing is asked below.
+    const int first_row = first_place(row0) - (SHIFT > 1 ? (M - 1) * (SHIFT - 1) : 0);
+    const int last_row = first_place(row0) + STEP * (ROW_STEPS - 1) + (SHIFT < 1 ? (M - 1) * (1 - SHIFT) : 0);
+    const bool all_lines = first_row >= 0 && last_row < rows;
+    __syncthreads();
+
+    for (int sample = thread; sample < width; sample += THREADS) {
+        const int first_sample = origin * CHANNELS + sample;
+        ColumnSum* const column = sums + sample;
+        if (first_sample < 0 || first_sample >= columns * CHANNELS) {
+            for (int r = 0; r < TILE_ROWS; r++) column[r * HELD_COLUMNS * CHANNELS] = 0;
+            continue;
+        }
+        const auto inside = [&](int k) {
+            return k >= 0 && k < row_outputs && (!NORMALISED || reached_rows[k] == FULL);
+        };
+        const auto keep = [&](int r, RunningColumn sum) { column[r * HELD_COLUMNS * CHANNELS] = ColumnSum(sum); };
+        if (GROUPS == 1 && all_lines)
+            run_of_sums<RunningColumn, TILE_ROWS>(
+                row0, row_outputs, [&](int i) { return RunningColumn(x[entering[i] + first_sample]); }, inside, keep);
+        else
+            run_of_sums<RunningColumn, TILE_ROWS>(
+                row0, row_outputs,
+                [&](int i) {
+                    RunningColumn sum = 0;
+                    if constexpr (GROUPS == 1) {
+                        if (entering[i] != NO_LINE) sum = x[entering[i] + first_sample];
+                        return sum;
+                    }
+                    int row = int(entering[i]);
+                    if (row == NO_ROW) return sum;
+#pragma unroll (UNROLLED ? GROUPS : 1)
+                    for (int view = 0; view < GROUPS; view++, row -= VIEWS_APART * (SHIFT - 1))
+                        if (row >= 0 && row < rows) sum += x[Offset(row) * pitch + first_sample];
+                    return sum;
+                },
+                inside, keep);
+    }
+    __syncthreads();
+
+    constexpr int SEGMENTS = TILE_COLUMNS / SEGMENT;
+    for (int part = thread; part < TILE_ROWS * SEGMENTS * CHANNELS; part += THREADS) {
+        const int channel = part % CHANNELS, segment = part / CHANNELS % SEGMENTS, r = part / CHANNELS / SEGMENTS;
+        const int first = column0 + segment * SEGMENT, row = row0 + r;
+        if (row >= row_stop || first >= column_stop) continue;
+        // In constant places the compiler sees that first is a whole number of lenses.
+        const int place0 = first_place(WHOLE_LENSES ? 0 : first);
+        const int lens0 = (WHOLE_LENSES ? STEP * first : 0) - origin;
+        const ColumnSum* const line = sums + r * HELD_COLUMNS * CHANNELS + channel;
+        Pixel* const target = picture + (r * TILE_COLUMNS + segment * SEGMENT) * CHANNELS + channel;
+        const LineSum row_weight = NORMALISED ? LineSum(reached_rows[row]) * SCALE * SCALE : 1;
+        run_of_sums<LineSum, SEGMENT>(
+            first, column_outputs,
+            [&](int i) {
+                LineSum sum = 0;
+                const int place = place0 + STEP * i, first_view = FIRST_VIEW[rest_of(place)];
+                if (first_view < 0) return sum;
+#pragma unroll (UNROLLED ? GROUPS : 1)
+                for (int view = 0; view < GROUPS; view++) {
+                    const int held = lens0 + place - (first_view + view * VIEWS_APART) * (SHIFT - 1);
+                    if (PADDED || (held >= 0 && held < end - origin)) sum += line[held * CHANNELS];
+                }
+                return sum;
+            },
+            [&](int k) { return k >= 0 && k < column_outputs && (!NORMALISED || reached_columns[k] == FULL); },
+            [&](int i, LineSum sum) {
+                const int k = first + i;
+                const LineSum weight = NORMALISED && k < column_outputs ? row_weight * LineSum(reached_columns[k]) : 1;
+                target[i * CHANNELS] = quotient(sum, weight);
+            });
+    }
+    __syncthreads();
+
+    // The tile's part of the region.
+    const int left = column0 > column_start ? column0 : column_start;
+    const int right = column0 + TILE_COLUMNS < column_stop ? column0 + TILE_COLUMNS : column_stop;
+    const int samples = (right - left) * CHANNELS;
+    for (int r = thread / 32; r < TILE_ROWS && row0 + r < row_stop; r += THREADS / 32) {
+        const Pixel* const from = picture + (r * TILE_COLUMNS + left - column0) * CHANNELS;
+        const long long line = (long long)(row0 + r - row_start) * (column_stop - column_start) + left - column_start;
+        for (int i = thread % 32; i < samples; i += 32) out[line * CHANNELS + i] = from[i];
+    }
+}
