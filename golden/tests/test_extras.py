@@ -20,6 +20,7 @@ PACKAGE = Path(plenofir.__file__).parent
 PROJECT = tomllib.loads((project.root() / "pyproject.toml").read_text())["project"]
 # Their modules have other names than the distributions.
 MODULES = {
+    "cuda-core": "cuda",
     "edalize": "edalize",
     "opencv-python-headless": "cv2",
     "pillow": "PIL",
