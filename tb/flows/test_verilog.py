@@ -69,7 +69,7 @@ def test_names_say_what_it_is(verilog_scene: Path) -> None:
         assert len({name for name, _ in declared}) == len(declared)
         tables |= {name for name, memory in declared if memory}
     assert not [name for name in tables if re.fullmatch(r"n\d+", name)]
-    assert {"synthesised_memory", "step_of_table", "skip_of_table_2"} <= tables
+    assert {"part_n1_synthesised_memory", "step_of_table", "skip_of_table_2"} <= tables
 
 
 def test_header_has_the_slices() -> None:
