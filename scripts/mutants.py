@@ -47,7 +47,7 @@ SET = re.compile(r"^ *(\w+) *<=", re.M)
 # Assignments in each clock: the lines right below the edge.
 CLOCKED = re.compile(r"^( *)if rising_edge\(\w+\) then\n(.*?)^\1end if;", re.S | re.M)
 # Parts that simulation leaves out, with the generic that selects them.
-SYNTHESISED = re.compile(r"^  (synthesised) : if .*?^  end generate \1;", re.S | re.M)
+SYNTHESISED = re.compile(r"^ +(synthesised) : if .*?^ +end generate \1;", re.S | re.M)
 # A vector or an array, and its bounds up to what makes it longer.
 ELEMENTS = re.compile(
     r" *(?:signal (\w+) +: std_logic_vector|type (\w+) is array) ?\((?:[^()]|\([^()]*\))*[^()\s] $"
