@@ -63,12 +63,15 @@ _EVEN_LIGHT = 0.15
 _WIDER = 0.5
 _WEAKEST_RESPONSE = 0.02
 _EVEN_BELOW, _TOLD_BELOW = 0.85, 0.95
+# Share of the clipped level from which on gaps are bright: micro images touch.
+_BRIGHT_GAP = 0.5
 _FEWEST_TOLD, _LEAST_TOLD = 20, 0.15
 # Smallest scale of the windows where distortion makes cells smaller.
 _SMALLEST_CELL = 0.8
 # The light of clipped micro images is found from their width: number of rounds, factor of
-# brightness by which the growth is measured, and least relative growth.
-_RELIT, _BRIGHTER, _LEAST_WIDER = 3, 1.05, 0.01
+# brightness by which the growth is measured, least relative growth, and the most that a round
+# changes of the light's logarithm where gaps are bright: noise made corners black there.
+_RELIT, _BRIGHTER, _LEAST_WIDER, _MOST_RELIT = 3, 1.05, 0.01, 0.7
 # Half width in pitches of the window in which their width is measured, and the share of the usual
 # brightness above which they are redrawn with the usual brightness.
 _AS_WIDE, _CLIPPED_ALIKE = 0.5, 0.6
@@ -109,6 +112,8 @@ class WhiteImage:
         self.unsure_light: Floats = np.empty(0)  # Covariance of `shading`.
         # Level without light.
         self.dark = 0.0
+        # Usual level of the gaps between lenses in the flattened image; 0 if they are dark.
+        self.gap = 0.0
         # Whether micro images have an even middle with borders; None as long as it is not known.
         self.bordered: bool | None = None
         # By how many pixels a slope of the light of 1 a pixel moves places of small ones.
@@ -330,6 +335,9 @@ class WhiteImage:
         if self.clipped is not None:
             # Clipped micro images are flat; divided by the light they would be sloped. Cut off at a
             # lower level, all are flat again, those that were not clipped included.
+            gap = (self._between(places) - self.dark) / np.maximum(self.light(places), DARK)
+            top, usual = self.clipped - self.dark, float(np.median(gap))
+            self.gap = min(usual, top) if usual > _BRIGHT_GAP * top else 0.0
             np.minimum(inner, self.cut, out=inner)
         repeat_edges(self.padded, self.margin)
         self.redraw()
@@ -337,7 +345,16 @@ class WhiteImage:
     @property
     def cut(self) -> np.float32:
         """Level at which the flattened image is cut off where many pixels clip."""
-        return np.float32(_EVEN_BELOW * ((self.clipped or np.inf) - self.dark))
+        top = np.inf if self.clipped is None else self.clipped - self.dark
+        # Above the gaps, which are bright where micro images touch.
+        return np.float32(self.gap + _EVEN_BELOW * (top - self.gap))
+
+    def _between(self, centres: Floats) -> Floats:
+        """Brightness of the gaps beside lenses."""
+        part = 2 if self.grid.layout == "rectangular" else 3
+        places = centres + primitive_vectors(self.grid).sum(axis=0) / part
+        smooth = self.smooth()
+        return np.asarray(ndimage.map_coordinates(smooth, places.T, order=1, mode="nearest"))
 
     def light(self, centres: Floats) -> Floats:
         """Smooth part of the brightness as it was fitted."""
@@ -363,11 +380,13 @@ class WhiteImage:
         wider = float(np.median(more - measured)) / np.log(_BRIGHTER)
         if len(centres) < _FEWEST_TOLD or wider < _LEAST_WIDER:
             return
-        level = self.light(centres) * np.exp((measured - drawn) / wider)
-        self.shading, self.unsure_light = fitted_light(
-            centres, level, np.zeros(len(centres)), self.shape
-        )
-        self.divide(centres)
+        before = self.light(centres)
+        level = before * np.exp((measured - drawn) / wider)
+        shading, unsure = fitted_light(centres, level, np.zeros(len(centres)), self.shape)
+        change = float(np.ptp(np.log(shading_at(shading, centres, self.shape) / before)))
+        if self.gap == 0 or change < _MOST_RELIT:
+            self.shading, self.unsure_light = shading, unsure
+            self.divide(centres)
 
     def redraw(self) -> None:
         """Draw the flattened image again at the centres found."""
@@ -414,12 +433,8 @@ class WhiteImage:
         t, s, centres = self.whole_lenses(max(self.shape))
         few = enough(len(centres))
         t, s, centres = t[few], s[few], centres[few]
-        part = 2 if self.grid.layout == "rectangular" else 3
-        gaps = centres + primitive_vectors(self.grid).sum(axis=0) / part
-        core, gap = (
-            ndimage.map_coordinates(self.smooth(), places.T, order=1, mode="nearest")
-            for places in (centres, gaps)
-        )
+        core = ndimage.map_coordinates(self.smooth(), centres.T, order=1, mode="nearest")
+        gap = self._between(centres)
         low, middle, high = np.percentile(core, [10, 50, 90])
         if high - low < _EVEN_LIGHT * middle:
             return 0.0

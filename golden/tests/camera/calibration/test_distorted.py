@@ -122,6 +122,15 @@ def test_harsh_images_that_were_accepted_with_wrong_grids(seed) -> None:
     assert not tried.accepted or (tried.worst < 0.3 and tried.once < 2), tried
 
 
+def test_clipped_micro_images_that_touch() -> None:
+    """Gaps as bright as 0.8 of the clipped level: cut off below them nothing was left of a grid."""
+    white = harsh_white(40040)
+    found = calibrate(white.image)
+    worst = white.errors(found.centres).max()
+    assert worst < 0.03
+    assert found.evidence.centre_error_px > worst / 3
+
+
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("gains", [(0, 1, 1, 0), (0, 0, 0, 1), (0.003, 1, 1, 0.003)])
 @pytest.mark.parametrize("bits", [8, 16])
