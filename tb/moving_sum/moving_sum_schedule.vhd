@@ -110,14 +110,17 @@ begin
     procedure put_lanes (
       p : positive
     ) is
+
+      constant ROWS : row_range_t := row_range(GEOMETRY, p);
+
     begin
 
       put("lane_delay", p, lane_delay(GEOMETRY, p));
       put("bank_count", p, bank_count(MICRO_IMAGE_SIZE, p));
       put("bank_rows", p, bank_rows(GEOMETRY, p));
       put("line_tokens", p, line_tokens(37, p));
-      put("lowest_row", p, lowest_row(GEOMETRY, p));
-      put("highest_row", p, highest_row(GEOMETRY, p));
+      put("lowest_row", p, ROWS.lowest);
+      put("highest_row", p, ROWS.highest);
 
       for order in 0 to 1 loop
 
