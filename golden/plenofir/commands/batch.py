@@ -142,10 +142,11 @@ def _develop_all(
         }
         for number, future in enumerate(as_completed(running), 1):
             notes: tuple[str, ...] = ()
-            if future.status == "finished":
+            try:
+                # A worker may die with a result that nobody fetched; Dask makes it anew.
                 text, notes = future.result()
-            else:
-                text = f"{running[future]}: {failure(future.exception())}"
+            except Exception as error:
+                text = f"{running[future]}: {failure(error)}"
             for note in notes:
                 typer.echo(f"note: {running[future]}: {note}", err=True)
             if text:

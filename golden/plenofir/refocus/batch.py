@@ -365,11 +365,11 @@ def _made(
     submit(_AHEAD)
     for future in running:
         number = numbers.pop(future.key)
-        if future.status == "finished":
+        try:
+            # A worker may die with a result that nobody fetched; Dask makes it anew, and this waits.
             made = future.result()
-        else:
-            reason = failure(future.exception())
-            made = Made(failure=f"{sources[number]}: {reason}")
+        except Exception as error:
+            made = Made(failure=f"{sources[number]}: {failure(error)}")
         yield number, made
         submit(1)
 

@@ -10,12 +10,14 @@ import sys
 from contextlib import nullcontext
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace as Namespace
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import numpy as np
 import pytest
 
+from plenofir.commands import batch as commands
 from plenofir.commands.app import main
 from plenofir.ground.errors import InputError, ToolError
 from plenofir.ground.images import read_image, write_png
@@ -315,6 +317,59 @@ def test_refusals(frames):
     shutil.copy(sources[0], long)
     with pytest.raises(InputError, match="too long"):
         run_batch([long], SETTINGS, frames / "out")
+
+
+class LostFuture:
+    """A frame that was done when it was told, and is not any more: its worker has died."""
+
+    status = "lost"
+
+    def __init__(self, *work, pure):
+        self.key, self.work = id(self), work
+
+    def exception(self):
+        return None  # As Dask's, once the frame is made anew.
+
+    def result(self):
+        function, *arguments = self.work
+        return function(*arguments)
+
+
+@pytest.fixture
+def dying_workers(monkeypatch):
+    """Workers that die with each result, whose frames Dask makes anew."""
+
+    class Futures(list):
+        add = list.append
+
+    monkeypatch.setattr(batch, "dask_client", lambda *_: nullcontext(Namespace(submit=LostFuture)))
+    monkeypatch.setattr("distributed.as_completed", lambda futures=(): Futures(futures))
+
+
+def test_a_worker_that_dies_with_its_result(frames, dying_workers):
+    sources = find_frames([str(frames / "in" / "*.png")])
+    run = run_batch(sources, SETTINGS, frames / "out")
+    assert [(frame.state, frame.reason) for frame in run] == [("done", "")] * 3
+    check_results(sources, frames / "out")
+
+
+def test_a_worker_that_dies_with_a_development(frames, dying_workers, monkeypatch):
+    hints = Namespace(white=None)
+    monkeypatch.setattr(commands, "_develop_frame", lambda *_: ("", ()))
+    monkeypatch.setattr("plenofir.commands.development.is_developed", lambda *_: False)
+    sources = find_frames([str(frames / "in" / "*.png")])
+    workers = Namespace(scheduler="local", workers=1)
+    shown = []
+    done = commands._develop_all(
+        sources,
+        Namespace(hints=hints),
+        frames / "out",
+        workers,
+        lambda *numbers: shown.append(numbers),
+        per_frame=True,
+    )
+    assert done == (0, [])
+    assert shown == [(0, 3), (1, 3), (2, 3), (3, 3)]
 
 
 def test_workers_that_do_not_start(frames, monkeypatch):
