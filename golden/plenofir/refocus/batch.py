@@ -366,7 +366,7 @@ def _made(
     for future in running:
         number = numbers.pop(future.key)
         try:
-            # A worker may die with a result that nobody fetched; Dask makes it anew, and this waits.
+            # A worker may die with a result that nobody fetched; Dask makes it anew meanwhile.
             made = future.result()
         except Exception as error:
             made = Made(failure=f"{sources[number]}: {failure(error)}")
