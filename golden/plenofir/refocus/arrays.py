@@ -9,6 +9,7 @@ integers.
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,6 @@ from plenofir.ground import compiling
 from plenofir.ground.errors import InputError
 from plenofir.ground.extras import missing
 from plenofir.refocus.border import arrived
-from plenofir.refocus.operator import output_offset
 from plenofir.refocus.slices import Slice
 
 
@@ -35,10 +35,18 @@ def device_refocus(raw: Any, slice_: Slice, out: Any = None) -> Any:
     result = _on_gpu(xp, raw, slice_, out)
     if result is None:
         result = xp.reshape(_by_library(xp, raw, slice_), slice_.result_shape)
-        if out is not None:
-            out[...] = result
-            return out
-    return result
+    if out is None or result is out:
+        return result
+    try:
+        out[...] = result
+    except Exception as error:  # of the library, by its own classes
+        raise InputError(f"cannot be written to ({_reason(error)})", where="out") from error
+    return out
+
+
+def _reason(error: Exception) -> str:
+    """An error's first line, or its class where it says nothing."""
+    return (str(error).splitlines() or [""])[0] or type(error).__name__
 
 
 def _check_out(xp: Any, out: Any, raw: Any, shape: tuple[int, ...]) -> None:
@@ -64,7 +72,7 @@ def _by_library(xp: Any, raw: Any, slice_: Slice) -> Any:
     """The picture by the library's operations, shape (rows, columns, channels) of the region."""
     filter_, region = slice_.taps, slice_.region
     # Sharpening needs one more lens on each side.
-    lens = slice_.micro_image_size if slice_.units else 0
+    lens = slice_.lens
     read = [
         range(max(0, part.start - lens), min(length, part.stop + lens))
         for part, length in zip(region, raw.shape, strict=False)
@@ -104,8 +112,8 @@ def _at(xp: Any, x: Any, places: Any, axis: int) -> Any:
 
 def _sums(xp: Any, x: Any, slice_: Slice, axis: int, outputs: range) -> Any:
     """Sums of a dimension for neighbouring outputs, with moving sums for the interpolation."""
-    m, box, step, length = slice_.micro_image_size, slice_.box, slice_.step, x.shape[axis]
-    offset, unit = (output_offset(m, s, slice_.align, box) for s in (slice_.shift, 1))
+    box, step, length = slice_.box, slice_.step, x.shape[axis]
+    offset, unit = slice_.offset, slice_.unit_offset
     # Ranges that each of the interpolation's moving sums needs, the last one first.
     low, high = outputs.start * step, (outputs.stop - 1) * step + 1
     ranges = [(low, high)]
@@ -175,7 +183,9 @@ def _gpu_of(xp: Any, array: Any) -> _Gpu | None:
 
 
 def _on_gpu(xp: Any, raw: Any, slice_: Slice, out: Any) -> Any | None:
-    """The result from an NVIDIA GPU; None where that is none, or its own code cannot run.
+    """The result from an NVIDIA GPU, in `out` itself where the GPU can write there at once.
+
+    Result: None where there is no such GPU, or its own code cannot run.
 
     The GPU's code depends on NVIDIA's libraries, driver and card, which fail in ways that no list
     has, and the library's operations give an equal picture; so every failure is told, once.
@@ -189,7 +199,11 @@ def _on_gpu(xp: Any, raw: Any, slice_: Slice, out: Any) -> Any | None:
         with gpu.active:
             pixels = _contiguous(xp, raw)
             picture = out
-            if out is None or _contiguous(xp, out) is not out:
+            if (
+                out is None
+                or _contiguous(xp, out) is not out
+                or _overlap(pixels, out, slice_.pixel_bits)
+            ):
                 picture = xp.empty(slice_.result_shape, dtype=raw.dtype, device=device(raw))
             reached = [
                 xp.asarray(weight, device=device(raw))
@@ -197,17 +211,12 @@ def _on_gpu(xp: Any, raw: Any, slice_: Slice, out: Any) -> Any | None:
             ]
             down, across = map(_address, reached) if reached else (0, 0)
             at = (_address(pixels), _address(picture), down, across)
-            if not refocus_at(slice_, at, gpu.stream(), gpu.number):
-                return None
-            if out is not None and picture is not out:
-                out[...] = picture
-            return picture if out is None else out
+            return picture if refocus_at(slice_, at, gpu.stream(), gpu.number) else None
     except Exception as failure:
         lacks = isinstance(failure, ModuleNotFoundError) and failure.name
         error = missing(lacks) if lacks else failure
-        reason = (str(error).splitlines() or [""])[0] or type(error).__name__
         compiling.hindered(
-            "gpu", f"the library's own operations refocus, which takes longer ({reason})"
+            "gpu", f"the library's own operations refocus, which takes longer ({_reason(error)})"
         )
         return None
 
@@ -221,3 +230,13 @@ def _contiguous(xp: Any, array: Any) -> Any:
 
 def _address(array: Any) -> int:
     return int(array.data_ptr() if is_torch_array(array) else array.data.ptr)
+
+
+def _overlap(first: Any, second: Any, pixel_bits: int) -> bool:
+    """Whether two contiguous arrays share memory."""
+    starts = [_address(array) for array in (first, second)]
+    ends = [
+        start + prod(array.shape) * pixel_bits // 8
+        for start, array in zip(starts, (first, second), strict=True)
+    ]
+    return bool(max(starts) < min(ends))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from plenofir.refocus.checks import Align
-from plenofir.refocus.operator import check_sums
+from plenofir.refocus.operator import check_sums, output_offset
 from plenofir.refocus.sharpening import Taps, taps
 
 
@@ -79,6 +79,26 @@ class Slice:
     def step(self) -> int:
         """Pixels of the operator's picture from one output to the next."""
         return 1 if self.upsample else self.micro_image_size
+
+    @property
+    def channels(self) -> int:
+        """Samples of a pixel."""
+        return self.shape[2] if len(self.shape) == 3 else 1
+
+    @property
+    def lens(self) -> int:
+        """Distance of the sharpening's taps in pixels, 0 without sharpening."""
+        return self.micro_image_size if self.units else 0
+
+    @property
+    def offset(self) -> int:
+        """Index of S that output 0 takes, in pixels."""
+        return output_offset(self.micro_image_size, self.shift, self.align, self.box)
+
+    @property
+    def unit_offset(self) -> int:
+        """Index that output 0 of a moving sum of the interpolation takes, in pixels."""
+        return output_offset(self.micro_image_size, 1, self.align, self.box)
 
     @property
     def result_shape(self) -> tuple[int, ...]:

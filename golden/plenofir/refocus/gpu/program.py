@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Code for a kind of picture on an NVIDIA GPU: compiled at its first use, kept on disk, launched.
+"""Code for a slice on an NVIDIA GPU: compiled at its first use, kept on disk, launched.
 
 NVIDIA's ``cuda-core`` compiles (NVRTC), loads and launches; arrays come as addresses, so those of
 any library do, and the work is queued on that library's own stream.
@@ -8,15 +8,13 @@ any library do, and the work is queued on that library's own stream.
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from importlib.resources import files
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from plenofir.ground import compiling
 from plenofir.ground.kept_code import Files, KeptCode
-from plenofir.refocus.gpu.constants import Kind, Tile, source, tile_of
+from plenofir.refocus.gpu.constants import source, tile_of
 from plenofir.refocus.slices import Slice
 
 # Blocks may share a multiprocessor's memory with one more of their kind, and each takes 1 KiB more.
@@ -37,26 +35,25 @@ class Stream:
 
 @cache
 def _files() -> Files | None:
-    """Where code is kept; None where no folder can be written."""
-    sources = [Path(str(files("plenofir.refocus.gpu").joinpath("refocus.cu")))]
+    """Where code is kept, by its source text; None where no folder can be written."""
     try:
-        return KeptCode(tile_of, sources).files
+        return KeptCode(tile_of, []).files
     except (RuntimeError, OSError):
         return None
 
 
-def _cubin(kind: Kind, tile: Tile, architecture: str) -> bytes:
-    """Machine code for a kind and an architecture such as ``sm_90``."""
+def _compiled(text: str, architecture: str) -> bytes:
+    """Machine code of a source for an architecture such as ``sm_90``."""
     from cuda.bindings import nvrtc
     from cuda.core import Program, ProgramOptions
 
-    kept, key = _files(), (kind, tile, architecture, nvrtc.nvrtcVersion())
+    kept, key = _files(), (text, architecture, nvrtc.nvrtcVersion())
     code: bytes | None = kept.load(key) if kept else None
     if code is None:
         compiling.begin("refocus_tile")
         try:
             options = ProgramOptions(std="c++17", arch=architecture)
-            code = bytes(Program(source(kind, tile), "c++", options).compile("cubin").code)
+            code = bytes(Program(text, "c++", options).compile("cubin").code)
         finally:
             compiling.end("refocus_tile")
         if kept:
@@ -65,8 +62,17 @@ def _cubin(kind: Kind, tile: Tile, architecture: str) -> bytes:
     return code
 
 
+@lru_cache(256)
+def _code_or_failure(text: str, architecture: str) -> bytes | Exception:
+    """What came of compiling: a compiler that failed would fail again, seconds later."""
+    try:
+        return _compiled(text, architecture)
+    except Exception as failure:
+        return failure
+
+
 class Launch(NamedTuple):
-    """All that a call for pictures of one kind and size needs."""
+    """All that a call for pictures of one slice needs."""
 
     kernel: Any  # a Kernel of cuda-core
     config: Any  # its LaunchConfig
@@ -83,16 +89,17 @@ def launch_of(slice_: Slice, device: int) -> Launch | None:
 
     gpu = Device(device)
     gpu.set_current()
-    kind, (rows, columns), properties = Kind.of(slice_), slice_.shape[:2], gpu.properties
+    properties = gpu.properties
     limit = properties.max_shared_memory_per_block_optin
     shared = properties.max_shared_memory_per_multiprocessor // _BLOCKS_BESIDE - _RESERVED_BYTES
-    tile = tile_of(kind, rows, columns, min(limit, shared))
-    tile = tile or tile_of(kind, rows, columns, limit)
+    tile = tile_of(slice_, min(limit, shared)) or tile_of(slice_, limit)
     if tile is None:
         return None
     major, minor = gpu.compute_capability
-    code = ObjectCode.from_cubin(_cubin(kind, tile, f"sm_{major}{minor}"))
-    kernel = code.get_kernel("refocus_tile")
+    code = _code_or_failure(source(slice_, tile), f"sm_{major}{minor}")
+    if isinstance(code, Exception):
+        raise code
+    kernel = ObjectCode.from_cubin(code).get_kernel("refocus_tile")
     kernel.attributes[gpu].max_dynamic_shared_size_bytes = tile.shared_bytes
     grid = tile.blocks(slice_.region)
     return Launch(kernel, LaunchConfig(grid, block=tile.threads, shmem_size=tile.shared_bytes))

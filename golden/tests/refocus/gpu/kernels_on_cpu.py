@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from plenofir.refocus.border import arrived
-from plenofir.refocus.gpu.constants import Kind, Tile, source
+from plenofir.refocus.gpu.constants import Tile, source
+from plenofir.refocus.slices import Slice
 
 _HERE = Path(__file__).parent
 _NAMESPACE = """
@@ -46,13 +47,13 @@ class Arguments(ctypes.Structure):
 
 
 class KernelsOnCpu:
-    """Kernels for kinds of pictures and their tiles, in one library."""
+    """Kernels for slices and their tiles, in one library."""
 
-    def __init__(self, folder: Path, kinds: Sequence[tuple[Kind, Tile]]) -> None:
+    def __init__(self, folder: Path, kinds: Sequence[tuple[Slice, Tile]]) -> None:
         self.kinds = kinds
         parts = [
-            _NAMESPACE.format(number=n, source=source(kind, tile), shared_bytes=tile.shared_bytes)
-            for n, (kind, tile) in enumerate(kinds)
+            _NAMESPACE.format(number=n, source=source(slice_, tile), shared_bytes=tile.shared_bytes)
+            for n, (slice_, tile) in enumerate(kinds)
         ]
         text, library = folder / "kernels.cpp", folder / "kernels.so"
         text.write_text('#include "cuda_on_cpu.h"\n' + "".join(parts), "utf-8")

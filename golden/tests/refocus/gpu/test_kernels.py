@@ -13,21 +13,33 @@ import pytest
 from kernels_on_cpu import KernelsOnCpu
 
 from plenofir.ground import compiling
+from plenofir.ground.errors import InputError
 from plenofir.refocus import ExactArithmetic, arrays, refocus
 from plenofir.refocus.gpu import program
-from plenofir.refocus.gpu.constants import Kind, source, tile_of
+from plenofir.refocus.gpu.constants import run_steps, source, tile_of
+from plenofir.refocus.slices import Slice
 
 SHAPE = (37, 45)
+
+
+def slice_of(m, shift, box=None, channels=1, pixel_bits=8, shape=SHAPE, **options):
+    """A slice of a whole picture."""
+    shape = shape if channels == 1 else (*shape, channels)
+    step = 1 if options.get("upsample", True) else m
+    region = tuple(range(length // step) for length in shape[:2])
+    return Slice(shape, pixel_bits, m, shift, region, box_samples=box, **options)
+
+
 # Every option, and memory from a row of a line to whole lines with zeros around them.
 KINDS = [
-    (Kind(5, 3, 5, 1, 8), 6_000),
-    (Kind(4, 6, 4, 3, 16, units=4, normalised=True), 9_000),
-    (Kind(3, 3, 3, 1, 8, "causal", one_pixel_a_lens=True), 2_000),
-    (Kind(7, -9, 3, 1, 8, order=1, units=2), 12_000),
-    (Kind(6, 4, 2, 3, 8, "causal", order=2, normalised=True), 9_000),
-    (Kind(11, 7, 11, 1, 16), 60_000),
-    (Kind(1, 1, 1, 1, 8, units=16), 3_000),
-    (Kind(34, 9, 34, 1, 8), 20_000),
+    (slice_of(5, 3), 6_000),
+    (slice_of(4, 6, None, 3, 16, units=4, normalise=True), 9_000),
+    (slice_of(3, 3, align="causal", upsample=False), 2_000),
+    (slice_of(7, -9, 3, order=1, units=2), 12_000),
+    (slice_of(6, 4, 2, 3, align="causal", order=2, normalise=True), 9_000),
+    (slice_of(11, 7, pixel_bits=16), 60_000),
+    (slice_of(1, 1, units=16), 3_000),
+    (slice_of(34, 9), 20_000),
 ]
 
 
@@ -35,7 +47,7 @@ def drawn_kind(rng):
     m, shift = int(rng.integers(1, 10)), int(rng.integers(-20, 25))
     common = gcd(shift, m)
     box = int(rng.choice([m, common * int(rng.integers(1, m // common + 1))]))
-    kind = Kind(
+    kind = slice_of(
         m,
         shift,
         box,
@@ -44,15 +56,15 @@ def drawn_kind(rng):
         align=str(rng.choice(["centred", "causal"])),
         order=int(rng.integers(0, 4)),
         units=int(rng.choice([0, 1, 5, 16])),
-        normalised=bool(rng.integers(2)),
+        normalise=bool(rng.integers(2)),
     )
     return kind, int(rng.integers(4_000, 60_000))
 
 
 def tiled(kinds, rng):
-    """Kinds with tiles of few threads, unrolled or not whatever the lengths are."""
+    """Slices with tiles of few threads, unrolled or not whatever the lengths are."""
     for kind, limit in kinds:
-        tile = tile_of(kind, *SHAPE, limit) or tile_of(kind, *SHAPE, 100_000)
+        tile = tile_of(kind, limit) or tile_of(kind, 100_000)
         yield kind, replace(tile, threads=32, unrolled=bool(rng.integers(2)))
 
 
@@ -64,20 +76,19 @@ def reference(kind, raw):
         align=kind.align,
         order=kind.order,
         sharpen=Fraction(kind.units, 64),
-        border="normalise" if kind.normalised else "zero",
+        border="normalise" if kind.normalise else "zero",
         box=kind.box,
     )
-    rows, columns = (length // kind.step for length in raw.shape[:2])
+    rows, columns = kind.result_shape[:2]
     return picture[:: kind.step, :: kind.step][:rows, :columns]
 
 
 def pictures(kind, rng):
     """A raw picture of noise, and one that is white all over."""
-    shape = SHAPE if kind.channels == 1 else (*SHAPE, kind.channels)
     dtype = np.uint8 if kind.pixel_bits == 8 else np.uint16
     white = np.iinfo(dtype).max
-    yield rng.integers(0, white, shape, dtype, endpoint=True)
-    yield np.full(shape, white, dtype)
+    yield rng.integers(0, white, kind.shape, dtype, endpoint=True)
+    yield np.full(kind.shape, white, dtype)
 
 
 def test_kernels_equal_the_reference(tmp_path):
@@ -100,8 +111,12 @@ def test_kernels_equal_the_reference(tmp_path):
 def test_nvidia_s_compiler_takes_the_source(architecture):
     core = pytest.importorskip("cuda.core")
     options = core.ProgramOptions(std="c++17", arch=architecture)
-    for kind in (Kind(5, 3, 5, 1, 8), Kind(6, 4, 2, 3, 16, order=1, units=2, normalised=True)):
-        text = source(kind, tile_of(kind, 500, 700, 48 * 1024))
+    shape = 500, 700
+    for kind in (
+        slice_of(5, 3, shape=shape),
+        slice_of(6, 4, 2, 3, 16, shape, order=1, units=2, normalise=True),
+    ):
+        text = source(kind, tile_of(kind, 48 * 1024))
         assert bytes(core.Program(text, "c++", options).compile("cubin").code)
 
 
@@ -109,10 +124,10 @@ def test_nvidia_s_compiler_takes_the_source(architecture):
 @pytest.mark.parametrize("pixel_bits", [8, 16])
 def test_any_lens_and_setting_have_a_tile(m, shift, pixel_bits):
     for channels in (1, 3):
-        kind = Kind(m, shift, m, channels, pixel_bits)
-        tile = tile_of(kind, 3201, 3201, 99 * 1024)
+        kind = slice_of(m, shift, m, channels, pixel_bits, (3201, 3201))
+        tile = tile_of(kind, 99 * 1024)
         assert tile is not None
-        assert tile.shared_bytes + 4 * kind.steps(tile.rows) <= 99 * 1024
+        assert tile.shared_bytes + 4 * run_steps(kind, tile.rows) <= 99 * 1024
         assert tile.columns % tile.segment == 0
 
 
@@ -132,12 +147,12 @@ def pretended_gpu(monkeypatch):
 def test_arrays_are_refocused_where_they_lie(tmp_path, pretended_gpu, monkeypatch):
     rng = np.random.default_rng(3)
     raw = rng.integers(0, 256, (*SHAPE, 3), np.uint8)
-    kind = Kind(5, 3, 3, 3, 8, units=2, normalised=True)
+    kind = slice_of(5, 3, 3, 3, units=2, normalise=True)
     kernels = KernelsOnCpu(tmp_path, list(tiled([(kind, 20_000)], rng)))
     slices = []
 
     def refocus_at(slice_, addresses, stream, device):
-        slices.append(Kind.of(slice_))
+        slices.append(slice_)
         kernels.start(0, addresses, slice_.shape, slice_.region)
         return True
 
@@ -150,8 +165,34 @@ def test_arrays_are_refocused_where_they_lie(tmp_path, pretended_gpu, monkeypatc
     assert got is out
     assert np.array_equal(np.asarray(got), reference(kind, raw)[part])
     assert np.array_equal(np.asarray(refocus(on_gpu, 5, "3/5", **options)), reference(kind, raw))
-    assert slices == [kind, kind]
+    assert slices == [replace(kind, region=(range(3, 30), range(2, 40))), kind]
+    # A picture may take the place of the raw one.
+    want = reference(kind, raw)
+    assert refocus(on_gpu, 5, "3/5", out=on_gpu, **options) is on_gpu
+    assert np.array_equal(np.asarray(on_gpu), want)
     assert not pretended_gpu
+
+
+def test_an_array_that_cannot_be_written_is_refused(pretended_gpu, monkeypatch):
+    monkeypatch.setattr(program, "refocus_at", lambda *_: False)
+    raw = array_api_strict.zeros(SHAPE, dtype=array_api_strict.uint8)
+    out = array_api_strict.zeros(SHAPE, dtype=array_api_strict.uint8)
+    out._array.flags.writeable = False
+    with pytest.raises(InputError, match="out: cannot be written to"):
+        refocus(raw, 5, "1/5", out=out)
+
+
+def test_a_compiler_that_failed_is_not_asked_again(monkeypatch):
+    asked = []
+
+    def compiled(text, architecture):
+        asked.append(text)
+        raise RuntimeError("NVRTC_ERROR")
+
+    monkeypatch.setattr(program, "_compiled", compiled)
+    for _ in range(2):
+        assert isinstance(program._code_or_failure("no code", "sm_0"), RuntimeError)
+    assert asked == ["no code"]
 
 
 @pytest.mark.parametrize(
