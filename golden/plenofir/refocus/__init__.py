@@ -8,7 +8,9 @@ and `shift` a' = a M, both in pixels; `align` is as in `output_offset`, `order` 
 interpolation (`interpolated_sums`); `where` names the input in messages.
 """
 
+from dataclasses import replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
@@ -119,11 +121,16 @@ def _like(raw: Any) -> Image:
         raise InputError(_NO_ARRAY.format(type(raw).__name__), where="raw") from None
     for kind in (np.uint8, np.uint16):
         if raw.dtype == getattr(xp, kind.__name__):
-            return np.broadcast_to(kind(0), tuple(raw.shape))
+            return _stand_in(kind, tuple(raw.shape))
     raise InputError(
         f"has pixels of type {raw.dtype}; they must be unsigned integers of 8 or 16 bit",
         where="raw",
     )
+
+
+@lru_cache(256)
+def _stand_in(kind: type[np.generic], shape: tuple[int, ...]) -> Image:
+    return np.broadcast_to(kind(0), shape)
 
 
 def refocus(
@@ -211,6 +218,40 @@ def refocus(
     else:
         raw = check_raw(raw, M)
         pixel_bits = 8 * raw.itemsize
+    options = align, interpolation, sharpen, border, box, upsample
+    try:
+        slice_ = _whole(tuple(raw.shape), pixel_bits, M, a, *options)
+    except TypeError:  # Values without a hash are refused by name.
+        slice_ = _whole.__wrapped__(tuple(raw.shape), pixel_bits, M, a, *options)
+    if threads is not None:
+        threads = whole_number(threads, "threads", 1)
+    if region is not None:
+        rows, columns = slice_.region
+        slice_ = replace(slice_, region=region_ranges(region, (len(rows), len(columns))))
+    if other_library:
+        from plenofir.refocus.arrays import device_refocus
+
+        return cast("Image", device_refocus(raw, slice_, out))
+    if out is not None:
+        check_out(out, raw, slice_.result_shape)
+    return refocus_image(raw, slice_, out=out, threads=threads)
+
+
+# Films have the same settings for each frame, and checking them takes longer than a GPU's picture.
+@lru_cache(1024, typed=True)
+def _whole(
+    shape: tuple[int, ...],
+    pixel_bits: int,
+    M: int,  # noqa: N803
+    a: int | str | Fraction,
+    align: Align,
+    interpolation: Interpolation,
+    sharpen: Sharpen,
+    border: Border,
+    box: int | None,
+    upsample: bool,
+) -> Slice:
+    """The slice of a whole picture by a user's settings; refuses those that are not possible."""
     M = int(M)  # noqa: N806
     shift = focus_to_shift(a, M)
     check_align(align)
@@ -222,34 +263,23 @@ def refocus(
             f"a = {shift_to_text(shift, M)} with order {order}",
             where="upsample",
         )
-    if threads is not None:
-        threads = whole_number(threads, "threads", 1)
-    box = box_size(M, shift, box)
-    units = sharpening_units(sharpen, M, shift, order, box=box)
+    size = box_size(M, shift, box)
+    units = sharpening_units(sharpen, M, shift, order, box=size)
     if units and not upsample:
         raise InputError(
             f"one pixel for each micro lens takes off or auto, not {sharpen}", where="sharpen"
         )
-    shift = clamped_shift(M, shift, raw.shape)
     step = 1 if upsample else M
-    ranges = region_ranges(region, (raw.shape[0] // step, raw.shape[1] // step))
-    slice_ = Slice(
-        tuple(raw.shape),
+    return Slice(
+        shape,
         pixel_bits,
         M,
-        shift,
-        ranges,
+        clamped_shift(M, shift, shape),
+        (range(shape[0] // step), range(shape[1] // step)),
         align=align,
         order=order,
         units=units,
         upsample=upsample,
         normalise=border == "normalise",
-        box_samples=box,
+        box_samples=size,
     )
-    if other_library:
-        from plenofir.refocus.arrays import device_refocus
-
-        return cast("Image", device_refocus(raw, slice_, out))
-    if out is not None:
-        check_out(out, raw, (len(ranges[0]), len(ranges[1]), *raw.shape[2:]))
-    return refocus_image(raw, slice_, out=out, threads=threads)

@@ -280,3 +280,11 @@ def test_regions_have_no_steps():
     for step in (0, 2, -1):
         with pytest.raises(InputError, match="region"):
             refocus(raw, 3, "1/3", region=(slice(0, 5, step), slice(None)))
+
+
+@pytest.mark.parametrize(("m", "a"), [(True, 1), (5, True), (5.0, 1), (5, 1.0), (5, [1]), (5, {})])
+def test_settings_of_other_types_are_refused_after_equal_ones_were_taken(m, a):
+    raw = np.zeros((10, 10), np.uint8)
+    refocus(raw, 1, 1), refocus(raw, 5, 1)
+    with pytest.raises(InputError):
+        refocus(raw, m, a)
