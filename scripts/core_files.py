@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.ise import option_folder
+from plenofir.fpga.bitstream.ise_project import project_tcl
 from plenofir.fpga.constraints import Constraints, Language, crossings_of
 from plenofir.fpga.devices import DEVICES
 from plenofir.ground import project
@@ -67,6 +69,14 @@ PLAIN = """\
     file_type: vhdlSource
 """
 CHOICE = '["!plain? (rtl)", "plain? (plain_rtl)"{more}]'
+
+# ISE's options for the refocuser, and so for every core that depends on it.
+XST_OPTIONS = option_folder() / "xst.tcl"
+ISE = """\
+  ise:
+    files:
+      - {path}: {{file_type: tclSource}}
+"""
 
 # Constraints of the video path's crossings, for designs that contain the whole of it: the example
 # has one clock, and ISE refuses patterns that match nothing.
@@ -306,6 +316,7 @@ def core_files() -> dict[Path, str]:
     small = CoreConfiguration(micro_image_size=3, shifts=(1,), max_columns=64)
     generics = self_test_generics(small, SELF_TEST_ROWS)
     both = {"plain": PLAIN, "choice": CHOICE.format(more="")}
+    with_ise = {"plain": PLAIN + ISE.format(path=XST_OPTIONS.relative_to(ROOT))}
     crossings = _crossing_files(video)
     of_tools = zip(crossings, _CONSTRAINTS.values(), strict=True)
     chosen = "\n".join(
@@ -320,7 +331,8 @@ def core_files() -> dict[Path, str]:
     ]
     texts = {
         "refocuser": EXAMPLE.format(
-            **both,
+            **with_ise,
+            choice=CHOICE.format(more=', "tool_ise? (ise)"'),
             version=version,
             name="refocuser",
             description="Refocuses the raster scan of a light field, AXI4-Stream video on both "
@@ -367,7 +379,11 @@ def core_files() -> dict[Path, str]:
         ),
     }
     files = {ROOT / f"plenofir-{name}.core": HEAD + text for name, text in texts.items()}
-    return files | crossings
+    head = (
+        "# SPDX-License-" + "Identifier: Apache-2.0\n"  # in two parts: see spdx.py
+        "# The options of xst.opt for a project of ISE. Built by scripts/core_files.py.\n"
+    )
+    return files | crossings | {XST_OPTIONS: head + project_tcl()}
 
 
 def _yaml(value: int | bool | str) -> str:

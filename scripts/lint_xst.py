@@ -11,9 +11,11 @@ import sys
 import tempfile
 
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.ise import xst_script
+from plenofir.fpga.bitstream.ise_project import project_tcl
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.errors import InputError
-from xst_lint import lint
+from xst_lint import lint, loop_limit
 
 
 def refused_by_nvc() -> str:
@@ -30,7 +32,9 @@ def refused_by_nvc() -> str:
 
 def main() -> int:
     """Print what is found."""
-    findings = [*map(str, lint(hdl.board_sources())), refused_by_nvc()]
+    # The least of both forms in which XST gets its options: a script, a project's properties.
+    limit = min(map(loop_limit, (xst_script(), project_tcl())))
+    findings = [*map(str, lint(hdl.board_sources(), limit)), refused_by_nvc()]
     lines = [line for line in findings if line]
     if lines:
         print(*lines, sep="\n", file=sys.stderr)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from xst_lint.intervals import Names
-from xst_lint.rules import RULES, Design, Source
+from xst_lint.rules import RULES, Design, Source, loop_limit
 
-__all__ = ["Finding", "lint"]
+__all__ = ["Finding", "lint", "loop_limit"]
 
 
 @dataclass(frozen=True)
@@ -30,14 +30,17 @@ class Finding:
         return f"{self.path}:{self.line}: {self.what} ({self.rule}: {RULES[self.rule].precedent})"
 
 
-def lint(paths: Sequence[Path]) -> list[Finding]:
-    """Hold sources, packages before those that use them, against all rules."""
+def lint(paths: Sequence[Path], limit: int) -> list[Finding]:
+    """Hold sources, packages before those that use them, against all rules.
+
+    `limit`: turns of a loop that XST takes (`loop_limit`).
+    """
     texts = {path: re.sub(r"--[^\n]*", "", path.read_text()) for path in paths}
     shared = Names()
     for path, text in texts.items():
         if path.stem.endswith("_pkg"):
             shared.read(text)
-    design = Design(shared, "\n".join(texts.values()))
+    design = Design(shared, "\n".join(texts.values()), limit)
     return [
         Finding(path, text.count("\n", 0, at) + 1, name, message)
         for path, text in texts.items()

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from plenofir.fpga.bitstream.ise import option_folder, read_options
 from xst_lint.intervals import SCALAR, Interval, Names, interval
 
 MAX_TEXT_LOOPS = 4
@@ -22,6 +21,7 @@ class Design:
 
     names: Names
     text: str
+    loop_limit: int  # turns of a loop that XST takes
 
     @cached_property
     def text_functions(self) -> dict[str, str]:
@@ -70,13 +70,10 @@ class Rule:
     find: Callable[[Source], Places]
 
 
-def loop_limit() -> int:
-    """XST's limit of loop iterations, as the build sets it."""
-    for option in read_options(option_folder() / "xst.opt"):
-        name, _, value = option.partition(" ")
-        if name == "-loop_iteration_limit":
-            return int(value)
-    return 64
+def loop_limit(script: str) -> int:
+    """XST's limit of turns of a loop, as a script for it or the Tcl of a project sets it."""
+    match = re.search(r"-loop_iteration_limit (\d+)", script)
+    return int(match[1]) if match else 64
 
 
 def long_loops(source: Source) -> Places:
@@ -95,9 +92,10 @@ def long_loops(source: Source) -> Places:
         turns = source.interval(ends[1])[1] - source.interval(ends[0])[0] + 1
         is_known = turns < float("inf")
         is_in_function = any(begin <= match.start() < end for begin, end in source.functions)
-        if turns > loop_limit() and (is_known or is_in_function):
+        limit = source.design.loop_limit
+        if turns > limit and (is_known or is_in_function):
             number = f"{turns:.0f}" if is_known else "an unknown number of"
-            yield match.start(), f"{number} turns of {bounds}, {loop_limit()} are allowed"
+            yield match.start(), f"{number} turns of {bounds}, {limit} are allowed"
 
 
 def computed_attributes(source: Source) -> Places:

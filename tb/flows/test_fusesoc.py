@@ -81,6 +81,7 @@ def test_project_of_the_atlys(fusesoc, tmp_path: Path) -> None:
     assert {str(path.relative_to(ROOT)) for path in needed} <= set(added)
     assert "constraints/atlys.ucf" in text
     assert 'project set top "atlys_top"' in text
+    assert "-loop_iteration_limit 131072" in text
 
 
 def test_crossings_of_the_video_path(fusesoc, tmp_path: Path) -> None:
@@ -123,6 +124,7 @@ def test_projects(fusesoc, tmp_path: Path, core: str) -> None:
         for file in (top, *needed):
             assert str(file.relative_to(ROOT)) in text, (tool, file)
         assert device in text, tool
+        assert ("-loop_iteration_limit 131072" in text) == (tool == "ise")
         assert re.search(rf"\b{top.stem}\b(?!\.vhd)", text), tool
 
 

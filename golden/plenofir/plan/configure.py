@@ -151,9 +151,7 @@ def _core_top(plan: Plan) -> dict[str, str]:
             f"# Clock of the scene {plan.scene}: {clock_mhz(plan):g} MHz.\n"
             f"{constraints.text('ucf')}"
         ),
-        f"{TOP}.xst": ise.xst_script(
-            ise.read_options(ise.option_folder() / "xst.opt"), TOP, f"{part.name}-2-{part.package}"
-        ),
+        f"{TOP}.xst": ise.xst_script(TOP, f"{part.name}-2-{part.package}"),
     }
 
 
@@ -226,5 +224,5 @@ def _board_top(plan: Plan) -> dict[str, str]:
         **packages,
         f"{board.top}.vhd": top_level.top_with_generics(generics),
         f"{board.top}.ucf": ise.constraints_file().read_text(),
-        f"{board.top}.xst": ise.xst_script(ise.read_options(ise.option_folder() / "xst.opt")),
+        f"{board.top}.xst": ise.xst_script(),
     }

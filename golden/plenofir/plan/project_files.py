@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, Literal, get_args
 
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.ise_project import project_tcl
 from plenofir.fpga.bitstream.top_level import board_generics, top_with_generics
 from plenofir.fpga.constraints import Constraints, Language, crossings_of
 from plenofir.fpga.devices import DEVICES, Device
@@ -164,6 +165,9 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
         ending, language, kind = tool.constraints
         (folder / f"{top}.{ending}").write_text(constraints.text(language))
         files.append({"name": f"{top}.{ending}", "file_type": kind})
+        if name == "ise":
+            (folder / "xst_options.tcl").write_text(project_tcl())
+            files.append({"name": "xst_options.tcl", "file_type": "tclSource"})
         edam: dict[str, Any] = {"name": top, "toplevel": top, "files": files}
         if tool.flow:
             flow = {"gowin": Gowin, "vivado": Vivado}[name]

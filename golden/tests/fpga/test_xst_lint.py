@@ -6,9 +6,12 @@ from pathlib import Path
 import pytest
 
 from plenofir.fpga import hdl
-from xst_lint import lint
+from plenofir.fpga.bitstream.ise import xst_script
+from xst_lint import lint, loop_limit
 from xst_lint.intervals import ANY, INFINITE, Interval, Names, interval
-from xst_lint.rules import RULES, loop_limit
+from xst_lint.rules import RULES
+
+LIMIT = loop_limit(xst_script())
 
 
 def found(folder: Path, text: str, package: str = "") -> list[str]:
@@ -16,17 +19,17 @@ def found(folder: Path, text: str, package: str = "") -> list[str]:
     packages = folder / "a_pkg.vhd", folder / "a.vhd"
     for path, content in zip(packages, (package, text), strict=True):
         path.write_text(content)
-    return [f"{f.path.name}:{f.line} {f.rule}" for f in lint(packages)]
+    return [f"{f.path.name}:{f.line} {f.rule}" for f in lint(packages, LIMIT)]
 
 
 def test_sources_pass() -> None:
-    assert [str(finding) for finding in lint(hdl.board_sources())] == []
+    assert [str(finding) for finding in lint(hdl.board_sources(), LIMIT)] == []
 
 
 def test_message(tmp_path: Path) -> None:
     path = tmp_path / "a.vhd"
     path.write_text("-- wait, in a comment\n\n  x <= y after 1 ns;\n")
-    (finding,) = lint([path])
+    (finding,) = lint([path], LIMIT)
     assert str(finding) == f"{path}:3: the word after (word: {RULES['word'].precedent})"
 
 
@@ -57,7 +60,7 @@ FUNCTION = """\
 )
 def test_loop_limit(tmp_path: Path, bounds: str, is_found: bool) -> None:
     """A function's loop has a known number of turns, and no more than XST allows."""
-    assert loop_limit() == 131072
+    assert loop_limit("run\n-opt_mode Speed\n") == 64
     declared = """\
     VALUE_BITS : positive range 1 to 16;
     UNKNOWN : natural;

@@ -178,14 +178,19 @@ _RESULTS = {
 }
 
 
-def xst_script(options: Sequence[str], top: str = TOP, part: str = "") -> str:
+def xst_options() -> list[str]:
+    """Options of XST, the same wherever ISE builds: here, by `configure`, a project, FuseSoC."""
+    return read_options(option_folder() / "xst.opt")
+
+
+def xst_script(top: str = TOP, part: str = "") -> str:
     """The script that XST runs for the project file named `top`; an empty part is the board's.
 
     The folder ``xst`` beside it is for XST's temporary files.
     """
     lines = [
         *('set -tmpdir "xst"', 'set -xsthdpdir "xst"', "run", f"-ifn {top}.prj", f"-ofn {top}"),
-        *("-ofmt NGC", f"-p {part or device().part}", f"-top {top}", *options),
+        *("-ofmt NGC", f"-p {part or device().part}", f"-top {top}", *xst_options()),
     ]
     return "\n".join([*lines, ""])
 
@@ -217,7 +222,7 @@ def build(
     (work / "xst").mkdir(parents=True)
     sources = hdl.with_packages(hdl.board_sources(), {**(packages or {}), TOP: source}, work)
     (work / f"{TOP}.prj").write_text("\n".join([*project_lines(sources), ""]))
-    (work / f"{TOP}.xst").write_text(xst_script(options["xst"]))
+    (work / f"{TOP}.xst").write_text(xst_script())
     constraints = constraints_file()
     seconds: dict[str, float] = {}
     warnings: list[Message] = []
