@@ -98,10 +98,10 @@ architecture rtl of frame_sequencer is
   -- A column modulo PARALLEL_ROWS.
   subtype turn_t is natural range 0 to larger(PARALLEL_ROWS - 1, 1);
 
-  -- Size and slice of a frame.
+  -- A frame's size and slice. rows_left: lines behind the current one.
   type frame_t is record
     last_column : unsigned(COLUMN_BITS - 1 downto 0);
-    last_row    : unsigned(15 downto 0);
+    rows_left   : unsigned(15 downto 0);
     slice       : slice_t;
   end record frame_t;
 
@@ -124,14 +124,13 @@ architecture rtl of frame_sequencer is
     open_frame  : std_logic;
     start_lasts : std_logic;
     frame       : frame_t;
-    -- Place in the line. at_first: column = 0; at_last: column = frame.last_column; turn: that of the column before.
+    -- Place in the line. at_first: column = 0; at_last: column = frame.last_column.
     column   : unsigned(COLUMN_BITS - 1 downto 0);
     at_first : std_logic;
     at_last  : std_logic;
     turn     : turn_t;
     -- Place in the frame. at_last_row: the line is the frame's last one; band_row: line within its band; first_band:
     -- the band is the frame's first one.
-    row         : unsigned(15 downto 0);
     at_last_row : std_logic;
     band_row    : turn_t;
     first_band  : std_logic;
@@ -144,12 +143,11 @@ architecture rtl of frame_sequencer is
     open_frame  => '0',
     start_lasts => '0',
     -- Field by field, because NVC gives vectors of one aggregate of others the length of the first.
-    frame       => (last_column => (others => '0'), last_row => (others => '0'), slice => (others => '0')),
+    frame       => (last_column => (others => '0'), rows_left => (others => '0'), slice => (others => '0')),
     column      => (others => '0'),
     at_first    => '1',
     at_last     => '0',
     turn        => 0,
-    row         => (others => '0'),
     at_last_row => '0',
     band_row    => 0,
     first_band  => '0',
@@ -160,10 +158,11 @@ architecture rtl of frame_sequencer is
   type step_t is record
     send : send_t;
     -- take: the pixel on offer is taken; takes_pixel: the pixel is sent too; starts_frame: the pixel sent is its
-    -- frame's first one.
+    -- frame's first one; breaks_frame: the pixel on offer is a start of frame inside a frame.
     take         : std_logic;
     takes_pixel  : std_logic;
     starts_frame : std_logic;
+    breaks_frame : std_logic;
     -- sends_pixel: the token has a pixel (of the stream, of a filled-up line, or of a flush line); sends_image: a
     -- pixel of the stream or of a filled-up line.
     sends_pixel : std_logic;
@@ -174,7 +173,6 @@ architecture rtl of frame_sequencer is
     completes_band : std_logic;
     ends_band      : std_logic;
     ends_frame     : std_logic;
-    turn           : turn_t;
     frame          : frame_t;
   end record step_t;
 
@@ -191,7 +189,7 @@ architecture rtl of frame_sequencer is
 
   begin
 
-    missing := LAST_BAND_ROW - step.turn;
+    missing := LAST_BAND_ROW - state.turn;
 
     if state.column < MIN_STEPS - 1 then
       missing := MIN_STEPS - 1 - to_integer(state.column(bits_for(MIN_STEPS) - 1 downto 0));
@@ -223,44 +221,34 @@ architecture rtl of frame_sequencer is
   signal state : state_t := AT_RESET;
   signal step  : step_t;
 
-  -- The pixel on offer starts a frame, is in excess of its line, or has a place in no frame. offered: size and slice
-  -- of the frame that the pixel may start.
+  -- The pixel on offer starts a frame, is in excess of its line, or has a place in no frame.
   signal new_start      : std_logic;
   signal excess         : std_logic;
   signal stray          : std_logic;
-  signal offered        : frame_t;
   signal size_supported : std_logic;
-  -- A start of frame inside a frame.
-  signal frame_broken : std_logic;
 
   -- Parts of `state` for waveforms, because GHDL writes no records into them: the token's place, the frame's slice.
   signal column     : unsigned(COLUMN_BITS - 1 downto 0);
-  signal row        : unsigned(15 downto 0);
+  signal rows_left  : unsigned(15 downto 0);
   signal slice_held : slice_t;
 
 begin
 
   column     <= state.column;
-  row        <= state.row;
+  rows_left  <= state.frame.rows_left;
   slice_held <= state.frame.slice;
-
-  -- PIXELS_PER_CLOCK is a power of two, so a shift gives the last token of a line: no division.
-  offered.last_column <= resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);
-  offered.last_row    <= unsigned(rows) - 1;
-  offered.slice       <= slice;
 
   size_supported <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                     '0';
 
   new_start <= s_axis_tuser and not state.start_lasts;
-  stray     <= '1' when (new_start = '0' and (state.open_frame = '0' or excess = '1')) or
-                        (new_start = '1' and state.open_frame = '0' and size_supported = '0') else
-               '0';
+  stray     <= excess and not new_start when state.open_frame = '1' else
+               not (new_start and size_supported);
 
   -- The decision has few bits. All that follows uses them alone, so that the logic stays shallow. The branches give
   -- `take` and `starts_frame` beside `send`, and sizes of one are read at the ports, for the same reason. A stray pixel
   -- is dropped without delaying a flush.
-  decide : process (state, offered, columns, rows, s_axis_tvalid, new_start, stray, credit, drained) is
+  decide : process (state, columns, rows, slice, s_axis_tvalid, new_start, stray, credit, drained) is
 
     -- The next band, and the next frame, may not begin yet.
     variable band_waits  : boolean;
@@ -281,6 +269,7 @@ begin
     now.send         := nothing;
     now.take         := '0';
     now.starts_frame := '0';
+    now.breaks_frame := '0';
 
     if credit = '1' then
       now.take := s_axis_tvalid and stray;
@@ -315,7 +304,9 @@ begin
             end if;
           elsif state.open_frame = '1' then
             -- A start of frame inside a frame waits until the frame cut short has ended.
-            if new_start = '0' then
+            if new_start = '1' then
+              now.breaks_frame := '1';
+            else
               now.send := stream_pixel;
               now.take := '1';
               if band_waits and completes then
@@ -341,7 +332,6 @@ begin
     now.takes_pixel := to_logic(now.send = stream_pixel);
     now.sends_image := to_logic(now.send = stream_pixel or now.send = zero_pixel);
     now.sends_pixel := now.sends_image or to_logic(now.send = flush_pixel);
-    now.turn        := place_in_turn(state.turn, state.at_first, PARALLEL_ROWS);
     -- A frame ends with its last line; a frame that was cut short ends with its filled-up line.
     now.frame          := state.frame;
     now.ends_line      := state.at_last;
@@ -350,10 +340,13 @@ begin
 
     -- The first pixel of a frame takes its size from the ports, the others from the registers.
     if now.starts_frame = '1' then
-      now.frame          := offered;
-      now.ends_line      := to_logic(unsigned(columns) <= PIXELS_PER_CLOCK);
-      now.ends_frame     := to_logic(unsigned(rows) = 1);
-      now.completes_band := to_logic(first_completes);
+      -- PIXELS_PER_CLOCK is a power of two, so a shift gives the last token of a line: no division.
+      now.frame.last_column := resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);
+      now.frame.rows_left   := unsigned(rows) - 1;
+      now.frame.slice       := slice;
+      now.ends_line         := to_logic(unsigned(columns) <= PIXELS_PER_CLOCK);
+      now.ends_frame        := to_logic(unsigned(rows) = 1);
+      now.completes_band    := to_logic(first_completes);
     end if;
 
     now.ends_band := now.sends_pixel and now.ends_line and now.completes_band;
@@ -363,9 +356,6 @@ begin
 
   s_axis_tready <= step.take;
   frame_start   <= step.starts_frame;
-  -- Nothing is sent in this clock: the broken frame ends first.
-  frame_broken <= credit and s_axis_tvalid and new_start and state.open_frame when state.mode = accept else
-                  '0';
 
   follow : process (clk) is
   begin
@@ -382,7 +372,7 @@ begin
         state.mode <= accept;
       elsif step.send = flush_pixel then
         state.mode <= flush;
-      elsif (step.takes_pixel = '1' and s_axis_tlast = '1') or (frame_broken = '1' and state.at_first = '0') then
+      elsif (step.takes_pixel = '1' and s_axis_tlast = '1') or (step.breaks_frame = '1' and state.at_first = '0') then
         state.mode <= fill;
       end if;
       if step.starts_frame = '1' then
@@ -391,7 +381,7 @@ begin
       -- Inner branches clear, and two bits are equations: behind an enable, a branch that clears would become a
       -- synchronous reset at the end of the longest path.
       if step.sends_pixel = '1' then
-        state.turn <= step.turn;
+        state.turn <= place_in_turn(state.turn, step.ends_line, PARALLEL_ROWS);
         if step.ends_line = '1' then
           state.column   <= (others => '0');
           state.at_first <= '1';
@@ -405,19 +395,10 @@ begin
       end if;
       state.first_band <= (step.starts_frame or state.first_band) and not step.ends_band;
       state.open_frame <= (step.starts_frame or state.open_frame) and
-                          not (frame_broken or (step.sends_image and step.ends_line and step.ends_frame));
+                          not (step.breaks_frame or (step.sends_image and step.ends_line and step.ends_frame));
       if step.sends_image = '1' and step.ends_line = '1' then
-        if step.ends_frame = '1' then
-          state.row <= (others => '0');
-        else
-          state.row         <= state.row + 1;
-          state.at_last_row <= to_logic(state.row + 1 = step.frame.last_row);
-        end if;
-      end if;
-      -- Tokens of the broken frame are already under way, so its line and its band are filled up before the new
-      -- frame begins.
-      if frame_broken = '1' and state.at_first = '1' then
-        state.row <= (others => '0');
+        state.frame.rows_left <= step.frame.rows_left - 1;
+        state.at_last_row     <= to_logic(step.frame.rows_left = 1);
       end if;
       if reset = '1' then
         state <= AT_RESET;
@@ -438,7 +419,7 @@ begin
       takes_pixel   => step.takes_pixel,
       starts_frame  => step.starts_frame,
       line_ends     => step.ends_line,
-      frame_broken  => frame_broken,
+      frame_broken  => step.breaks_frame,
       excess        => excess,
       error_flags   => error_flags,
       error_clear   => error_clear

@@ -10,8 +10,8 @@ from hunt.references.raster_refocuser import refocused
 
 ENTITY = "raster_refocuser"
 FAULTS = [
-    ("frame_sequencer.vhd", "to_logic(state.row + 1 = step.frame.last_row);",
-     "to_logic(state.row + 2 = step.frame.last_row);"),
+    ("frame_sequencer.vhd", "to_logic(step.frame.rows_left = 1);",
+     "to_logic(step.frame.rows_left = 2);"),
     # A complete frame does not come out if stray pixels follow.
     ("frame_sequencer.vhd", "elsif s_axis_tvalid = '0' or stray = '1' then",
      "elsif s_axis_tvalid = '0' or (stray = '1' and excess = '0') then"),

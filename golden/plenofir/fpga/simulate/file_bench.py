@@ -41,7 +41,7 @@ def _engine_waves(engine: Iterable[Scope]) -> tuple[Scope, ...]:
     return (
         # GHDL writes no records, so the signals beside the sequencer's records stand for it.
         ("bit", "shell/sequencer/faults/", "take starts_frame line_ends"),
-        ("downto", "shell/sequencer/", "column row slice_held"),
+        ("downto", "shell/sequencer/", "column rows_left slice_held"),
         ("downto", "shell/", "token_rows token_data"),
         *engine,
         ("downto", "shell/scatter/", "on_offer"),

@@ -32,7 +32,7 @@ WAVES: tuple[Scope, ...] = (
         "lenses_out",
         (
             ("bit", "sequencer/faults/", "take starts_frame line_ends"),
-            ("downto", "sequencer/", "column row"),
+            ("downto", "sequencer/", "column rows_left"),
             ("downto", "", "token_data"),
             ("downto", "writer/", "line_number column frame_first done"),
             ("bit", "writer/", "waits room_this room_next"),
