@@ -160,6 +160,9 @@ def refocuser_works(m: int, shifts: Sequence[int]) -> dict[str, Callable[[Image,
         "normalised border": {"border": "normalise"},
         "linear": {"interpolation": 1},
         "sharpened": {"sharpen": "auto"},
+        "box of 3": {"box": 3},
+        "box of 3, linear": {"box": 3, "interpolation": 1},
+        "box of 3, sharpened": {"box": 3, "sharpen": "1/16"},
     }
     for name, option in options.items():
         works[f"a' = 1, {name}"] = _refocus(m, 1, **option)

@@ -186,7 +186,7 @@ def refocus(
         Samples B along a dimension that an output averages, from 1 to M (None), a multiple of
         gcd(a M, M). A smaller box makes a plane in focus sharper, and averages noise over fewer
         views; B = |a M| is for focused plenoptic cameras. Where M - B is odd, the picture lies half
-        a pixel beside. Boxes smaller than M take some thirty times as long, as NumPy sums them.
+        a pixel beside.
     region
         Rows and columns of the result to compute, as slices.
     upsample

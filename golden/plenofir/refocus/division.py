@@ -3,7 +3,8 @@
 
 With d = divisor 2^t and multiplier = (2^k + e) / d, |e| <= d / 2, the quotient n 2^t / d is right
 if e n < 2^k; or, for e < 0 and n + 1 in the place of n, if -e (n + 1) <= 2^k. d is at most
-2^(bits of a word - those of a quotient), and more than half of it.
+2^(bits of a word - those of a quotient), and more than half of it. A word has more bits than a
+quotient, so that the upper half of a product is enough: 2^drop is no less than 2^bits.
 """
 
 from typing import NamedTuple
@@ -26,7 +27,7 @@ def division(divisor: int, most: int, *numbers: int, least_bits: int = 16) -> Di
     quotient_bits = most.bit_length()
     largest = max((most * divisor, *numbers))
     bits = least_bits
-    while divisor << quotient_bits > 1 << bits or largest >> bits:
+    while divisor << quotient_bits > 1 << bits or largest >> bits or quotient_bits == bits:
         bits *= 2
     scale = ((1 << bits - quotient_bits) // divisor).bit_length() - 1
     scaled, drop = divisor << scale, 2 * bits - quotient_bits - 1

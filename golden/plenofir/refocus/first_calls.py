@@ -39,6 +39,7 @@ class Kind(NamedTuple):
     pixel_bytes: int
     channels: tuple[int, ...]
     micro_image_size: int
+    box: int
     order: int
     units: int
 
@@ -68,10 +69,12 @@ class _Job:
                     raw.shape,
                     8 * kind.pixel_bytes,
                     kind.micro_image_size,
-                    0,
+                    # With a' = 0 all views meet, and a box takes all of them.
+                    int(kind.box < kind.micro_image_size),
                     (range(1), range(1)),
                     order=kind.order,
                     units=kind.units,
+                    box_samples=kind.box,
                 ),
             )
         finally:
@@ -144,13 +147,10 @@ def _job_of(kind: Kind) -> _Job | None:
 def refocus_image(
     raw: Image, slice_: Slice, *, out: Image | None = None, threads: int | None = None
 ) -> Image:
-    """Refocus an image by compiled code, or by its equal in NumPy until that is compiled.
-
-    Boxes smaller than a micro image are summed by NumPy alone.
-    """
+    """Refocus an image by compiled code, or by its equal in NumPy until that is compiled."""
     job, m, units = None, slice_.micro_image_size, slice_.units
-    if slice_.box == m and (m > 1 or units):
-        job = _job_of(Kind(raw.dtype.itemsize, raw.shape[2:], m, slice_.order, units))
+    if m > 1 or units:
+        job = _job_of(Kind(raw.dtype.itemsize, raw.shape[2:], m, slice_.box, slice_.order, units))
     try:
         if job and job.ready():
             from plenofir.refocus import compiled

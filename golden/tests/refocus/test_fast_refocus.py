@@ -25,6 +25,14 @@ from plenofir.refocus.slices import Slice
 aligns = st.sampled_from(["centred", "causal"])
 depths = st.sampled_from([np.uint8, np.uint16])
 bounds = st.tuples(st.integers(0, 60), st.integers(0, 60)).map(sorted)
+parts = st.sampled_from([0, 0.3, 0.6, 1])
+
+
+def a_box(m: int, shift: int, part: float) -> int:
+    """A box that a slice may have: the least, part of the way to M, or M."""
+    common = math.gcd(shift, m)
+    return common * max(1, round(part * m / common))
+
 
 weights_table, inverse_bits = (
     compiled(function.py_func) for function in (weights.weights_table, weights.inverse_bits)
@@ -36,7 +44,13 @@ weights_table, inverse_bits = (
 def test_equals_the_reference(data):
     m, shift = data.draw(st.integers(1, 13)), data.draw(st.integers(-30, 35))
     order = data.draw(st.sampled_from([0, 0, 0, 1, 2, 3]))
-    align, dtype = data.draw(aligns), data.draw(depths)
+    dtype = data.draw(depths)
+    options = {
+        "align": data.draw(aligns),
+        "box": a_box(m, shift, data.draw(parts)),
+        "sharpen": data.draw(st.sampled_from(["off", "auto", Fraction(3, 64)])),
+        "border": data.draw(st.sampled_from(["zero", "normalise"])),
+    }
     shape = tuple(m + data.draw(st.integers(0, 45)) for _ in range(2))
     shape += data.draw(st.sampled_from([(), (3,)]))
     raw = random_image(shape, dtype, data.draw(st.integers(0, 9)))
@@ -46,20 +60,20 @@ def test_equals_the_reference(data):
         patch.setattr(plans, "_BLOCK_LENSES", data.draw(st.integers(0, 3)))
         patch.setattr(frames, "_SAMPLES_FOR_A_THREAD", data.draw(st.integers(1, 9999)))
         patch.setattr(frames, "_PAST_CACHES", data.draw(st.sampled_from([0, 4 << 20])))
-        image = refocus(raw, m, Fraction(shift, m), align=align, interpolation=order, threads=2)
-    want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)
+        image = refocus(raw, m, Fraction(shift, m), interpolation=order, threads=2, **options)
+    want = ExactArithmetic().refocus(raw, m, shift=shift, order=order, **options)
     assert image.dtype == raw.dtype
     assert np.array_equal(image, want)
 
 
-@given(st.integers(1, 9), st.integers(-20, 20), bounds, bounds, aligns, st.integers(0, 2))
-def test_region_is_a_part_of_the_whole(m, shift, rows, columns, align, order):
+@given(st.integers(1, 9), st.integers(-20, 20), bounds, bounds, aligns, st.integers(0, 2), parts)
+def test_region_is_a_part_of_the_whole(m, shift, rows, columns, align, order, part):
     raw = random_image((m + 40, m + 43), np.uint8)
     region = slice(*rows), slice(*columns)
-    a = Fraction(shift, m)
-    part = refocus(raw, m, a, align=align, interpolation=order, region=region)
-    whole = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)
-    assert np.array_equal(part, whole[region])
+    options = {"align": align, "box": a_box(m, shift, part)}
+    image = refocus(raw, m, Fraction(shift, m), interpolation=order, region=region, **options)
+    whole = ExactArithmetic().refocus(raw, m, shift=shift, order=order, **options)
+    assert np.array_equal(image, whole[region])
 
 
 @given(st.integers(1, 9), st.integers(-4, 5), bounds, aligns, depths, st.booleans())
@@ -238,15 +252,17 @@ def test_bad_options(options, message):
         refocus(raw, 5, 1, out=raw)
 
 
-@given(st.integers(2, 41), st.integers(-300, 300), st.integers(0, 1), aligns, st.integers(1, 3))
-def test_most_of_what_is_reached_lies_outside(m, shift, order, align, threads):
+@given(
+    st.integers(2, 41), st.integers(-300, 300), st.integers(0, 1), aligns, st.integers(1, 3), parts
+)
+def test_most_of_what_is_reached_lies_outside(m, shift, order, align, threads, part):
     raw = random_image((m + 33, m + 58), np.uint8)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(frames, "_SAMPLES_FOR_A_THREAD", 99)
         patch.setattr(plans, "_BLOCK_LENSES", 0)
-        a = Fraction(shift, m)
-        image = refocus(raw, m, a, align=align, interpolation=order, threads=threads)
-    want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)
+        options = {"align": align, "box": a_box(m, shift, part)}
+        image = refocus(raw, m, Fraction(shift, m), interpolation=order, threads=threads, **options)
+    want = ExactArithmetic().refocus(raw, m, shift=shift, order=order, **options)
     assert np.array_equal(image, want)
 
 
@@ -301,6 +317,7 @@ def test_any_blocks(order, sharpen, monkeypatch) -> None:
         for dtype, border in ((np.uint8, "zero"), (np.uint16, "normalise")):
             raw = random_image((int(rng.integers(m, 90)), int(rng.integers(m, 90))), dtype)
             how = {"order": order, "sharpen": sharpen, "border": border}
+            how["box"] = a_box(m, shift, rng.choice([0.3, 0.6, 1]))
             want = ExactArithmetic().refocus(raw, m, shift=shift, **how)
             how["interpolation"] = how.pop("order")
             assert np.array_equal(refocus(raw, m, Fraction(shift, m), **how), want), (m, shift)

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from fractions import Fraction
+from math import gcd
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ def test_plain_equals_compiled() -> None:
         m, order = draw.randint(1, 9), draw.choice([0, 0, 1, 2, 3])
         shape = (draw.randint(1, 50), draw.randint(1, 50), *draw.choice([(), (1,), (3,)]))
         shift = clamped_shift(m, draw.randint(-20, 25), shape)
-        units = draw.choice([0, 0, 3, 4, 16])
+        units, common = draw.choice([0, 0, 3, 4, 16]), gcd(shift, m)
         upsample = bool(order or units or shift % m) or draw.random() < 0.5
         lengths = [n if upsample else n // m for n in shape[:2]]
         bounds = [sorted((draw.randint(0, n), draw.randint(0, n))) for n in lengths]
@@ -44,6 +45,7 @@ def test_plain_equals_compiled() -> None:
             "units": units,
             "upsample": upsample,
             "normalise": draw.random() < 0.5,
+            "box_samples": common * draw.randint(1, m // common),
         }
         raw = random_image(shape, dtype)
         case = Slice(shape, 8 * raw.itemsize, m, shift, region, **options)

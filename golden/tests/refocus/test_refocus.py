@@ -242,24 +242,6 @@ def test_clamping_changes_no_sum(m, shift, shape, align, order):
         assert np.array_equal(refocus_sums(raw, m, shift=shift, **options), want)
 
 
-@given(data=st.data())
-def test_boxes_equal_the_bit_true_model(data):
-    m, shift = data.draw(st.integers(1, 9)), data.draw(st.integers(-20, 25))
-    common = gcd(shift, m)
-    shape = tuple(data.draw(st.integers(m, m + 30)) for _ in "yx")
-    raw = random_image(shape + data.draw(st.sampled_from([(), (3,)])), np.uint8)
-    order = data.draw(st.integers(0, 3))
-    options = {
-        "align": data.draw(st.sampled_from(["centred", "causal"])),
-        "sharpen": data.draw(st.sampled_from(["off", "auto", Fraction(3, 64)])),
-        "border": data.draw(st.sampled_from(["zero", "normalise"])),
-        "box": common * data.draw(st.integers(1, m // common)),
-    }
-    image = refocus(raw, m, Fraction(shift, m), interpolation=order, **options)
-    want = ExactArithmetic().refocus(raw, m, shift=shift, order=order, **options)
-    assert np.array_equal(image, want)
-
-
 @pytest.mark.parametrize("a", [10**5, -(10**8), 10**21, "-1" + 300 * "0"])
 def test_far_beyond_the_picture(a):
     for m in (1, 2, 5):

@@ -7,9 +7,9 @@ sums between registers, so the inner loops (`column_vectors`, `row_vectors`) are
 vector types (`vector_code`) and compiled one by one (`machine_code`); Numba compiles what calls
 them (`blocks` down to `places`). ``docs/decisions.md`` has the reasons, and when to drop this room.
 
-How wide the box of a sum is (`plenofir.refocus.slices.Slice.box`) is told apart from the micro
-image here: `places` and `weights` go by the box. Only along lines (`row_vectors`) a pixel leaves
-one micro image behind that which enters, as long as both are equally wide.
+Lines and pixels that leave a box lie as many samples behind those that enter as it is wide
+(`plenofir.refocus.slices.Slice.box`), whatever M is; only the taps of sharpening lie a micro image
+apart.
 """
 
 from plenofir.refocus.compiled.frames import compiled_refocus

@@ -92,8 +92,8 @@ def next_words(
     sums: Array,
     state: Value,
     span: Value,
-    order: int,
-    sharpened: int,
+    groups: int,
+    positions: int,
     centre: Value,
     side: Value,
     zero: Value,
@@ -103,19 +103,21 @@ def next_words(
 ) -> None:
     """Sums for as many lines as lanes, then `transpose` to words[target ...], in registers.
 
-    For nearest neighbour, linear interpolation (order 1), or nearest neighbour, sharpened (1).
+    For nearest neighbour (one position), linear interpolation (two), or nearest neighbour,
+    sharpened: three, in one group or in three groups.
     """
     # With line l of position p x[left + starts[2 (p lanes + l)] ...] enters, and that of the next
-    # number leaves, which enters at the next position. sums[state + p span ...] becomes the last
-    # sum of each, and behind them that of their moving sum. It asks for what is at coming[l].
+    # number leaves, which enters at the group's next position. sums[state + p span ...] becomes the
+    # last sum of each, and behind them that of their moving sum. It asks for what is at coming[l].
     # Samples: twice as many a tile as lanes.
     lanes, size = lanes_in_line(words), 2 * 8 * TILE_BYTES // words.bits
+    count = groups * positions
 
-    def tiles_of(positions: int, result: Callable[[list[Variable]], Value], kept: int = 0) -> None:
+    def tiles_of(result: Callable[[list[Variable]], Value], kept: int = 0) -> None:
         with tiles.times() as tile:
             for half in range(2):
                 k = tile * (2 * lanes) + half * lanes
-                states = [state + span * n + k for n in range(positions + kept)]
+                states = [state + span * n + k for n in range(count + kept)]
                 totals = [Variable(sums.load(place, lanes)) for place in states]
                 with (tiles - tiles + lanes // size).times() as group:
                     rows = []
@@ -123,19 +125,21 @@ def next_words(
                         number = group * size + line
                         if half == 0:
                             x.prefetch(coming.load(number) + left + k)
-                        here = number * 2
-                        places = [here, *(here + (2 * lanes * p + 1) for p in range(positions))]
-                        pixels = [
-                            x.load(starts.load(place) + left + k, lanes).as_wide_as(sums.bits)
-                            for place in places
-                        ]
-                        for p in range(positions):
-                            totals[p].set(totals[p].get() + (pixels[p] - pixels[p + 1]))
+                        for p, total in enumerate(totals[:count]):
+                            here = number * 2 + 2 * lanes * p
+                            if p % positions == 0:
+                                enters = pixel(here, k)
+                            leaves = pixel(here + 1, k)
+                            total.set(total.get() + (enters - leaves))
+                            enters = leaves
                         rows.append(result(totals))
                     for sample, piece in transposed_pieces(rows):
                         words.store(target + (k + sample) * lanes + group * size, piece)
                 for place, total in zip(states, totals, strict=True):
                     sums.store(place, total.get())
+
+    def pixel(place: Value, k: Value) -> Value:
+        return x.load(starts.load(place) + left + k, lanes).as_wide_as(sums.bits)
 
     def box(totals: list[Variable]) -> Value:
         totals[2].set(totals[2].get() + (totals[0].get() - totals[1].get()))
@@ -145,12 +149,12 @@ def next_words(
         around = totals[0].get() + totals[2].get()
         return totals[1].get() * centre - around * side + zero
 
-    if sharpened:
-        tiles_of(3, sharp)
-    elif order:
-        tiles_of(2, box, 1)
+    if count == 3:
+        tiles_of(sharp)
+    elif count == 2:
+        tiles_of(box, 1)
     else:
-        tiles_of(1, lambda totals: totals[0].get())
+        tiles_of(lambda totals: totals[0].get())
 
 
 @loop

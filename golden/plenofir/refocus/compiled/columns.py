@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sums of columns: each line of sums is the line above, plus a line that enters, minus one.
 
-Interpolation takes moving sums of such sums, and sharpening three of them, M lines apart: each
-follows from the line above it, so only a few lines are kept, whatever M is.
+Interpolation takes moving sums of such sums, B lines apart, and sharpening three of those, M lines
+apart: each follows from the line above it, so only a few lines are kept, whatever M and B are.
+Where B is M, all of them are M apart and in one group.
 """
 
 from typing import NamedTuple
@@ -42,8 +43,8 @@ class Lines(NamedTuple):
     # a line of zeros, lines of a chunk, the last sums of each position
     sums: Integers
     starts: Integers  # beginnings of lines in the image
-    # Number 2 (position lanes + line): in `starts` where the lines that enter a sum begin; the
-    # next number: where those that leave it begin.
+    # Number 2 (position lanes + line), positions of all groups counted: in `starts` where the lines
+    # that enter a sum begin; the next number: where those that leave it begin.
     ends: Integers
     coming: Integers  # for each line where one begins in the image that a later sum will need
 
@@ -51,7 +52,8 @@ class Lines(NamedTuple):
 @inner
 def column_lines(frame: Frame, row0: int, row1: int, low: int, high: int) -> Lines:
     """Memory for the sums that rows row0 to row1 - 1 take, of the columns `low` to `high` - 1."""
-    plan, rows, positions = frame.plan, frame.plan.rows, frame.plan.positions
+    plan, rows, each = frame.plan, frame.plan.rows, frame.plan.positions
+    positions = plan.groups * each
     t0, t1 = (row0 + rows.base) // rows.scale, (row1 - 1 + rows.base) // rows.scale + 1
     lanes = LINE_BYTES // frame.loops.word_bytes
     width = (high - low) * plan.channels
@@ -71,7 +73,7 @@ def column_lines(frame: Frame, row0: int, row1: int, low: int, high: int) -> Lin
         lanes,
         states,
         positions == 1 and few,
-        aligned(states + positions * (positions + 1) // 2 * span, frame.loops.word_bytes),
+        aligned(states + positions * (each + 1) // 2 * span, frame.loops.word_bytes),
         np.empty((positions * lanes + 1) * max(plan.micro_image_size, 2 * plan.common), np.int64),
         np.empty(2 * positions * lanes + 1, np.int64),
         np.empty(lanes, np.int64),
@@ -87,10 +89,12 @@ def _find_lines(frame: Frame, lines: Lines, t: int, count: int) -> None:
     below = int(frame.taps.side > 0) * plan.micro_image_size + plan.order * plan.box_offset
     pitch = plan.columns.length * plan.channels
     n = ZERO
-    for position in range(plan.positions):
+    for position in range(plan.groups * plan.positions):
+        group, number = divmod(position, plan.positions)
+        behind = group * plan.micro_image_size + number * plan.box
         for line in range(count):
             here = 2 * (position * lines.lanes + line)
-            at = t + line + below - position * plan.micro_image_size
+            at = t + line + below - behind
             p = plan.step * at
             ends[here] = ends[here + 1] = n
             if lines.anew or at == low:
@@ -123,7 +127,7 @@ def _whole_tiles(frame: Frame, lines: Lines, t: int, count: int) -> int:
             return 0
     for line in range(count):
         at = t + line + plan.box_offset
-        inside = low <= at - plan.micro_image_size and at < high
+        inside = low <= at - plan.box and at < high
         if plan.order == 1 and not inside:
             return 0
         if sharpened and flags[t + line - plan.rows.base] != 3:
@@ -134,9 +138,11 @@ def _whole_tiles(frame: Frame, lines: Lines, t: int, count: int) -> int:
 @borrowing
 def _update_sums(frame: Frame, lines: Lines, line: int, start: int, samples: int) -> None:
     """Sums of all positions for a line, `samples` of them from number `start` on."""
-    loops, starts, plain = frame.loops, lines.starts, frame.plan.positions == 1
+    loops, starts = frame.loops, lines.starts
+    positions = frame.plan.groups * frame.plan.positions
+    plain = positions == 1
     row, left = _PITCH * (1 + line), lines.left + start
-    for position in range(frame.plan.positions):
+    for position in range(positions):
         here = 2 * (position * lines.lanes + line)
         begin, middle, end = lines.ends[here], lines.ends[here + 1], lines.ends[here + 2]
         target = base = lines.states + position * lines.span + start
@@ -178,14 +184,16 @@ def _interpolate(plan: Plan, loops: Loops, lines: Lines, at: int, start: int, sa
     """Moving sums of sums, for the line whose first position is sum `at`; where the last are."""
     place = lines.states + start
     for level in range(1, plan.order + 1):
-        below, place = place, place + (plan.positions - level + 1) * lines.span
+        count = plan.positions - level
+        below, place = place, place + plan.groups * (count + 1) * lines.span
         low, high = lines.ranges[level - 1, 0], lines.ranges[level - 1, 1]
-        for position in range(plan.positions - level):
-            enters = at - position * plan.micro_image_size
-            a, b = place + position * lines.span, below + position * lines.span
+        for position in range(plan.groups * count):
+            group, number = divmod(position, count)
+            enters = at - group * plan.micro_image_size - number * plan.box
+            a, b = place + position * lines.span, below + (position + group) * lines.span
             if low <= enters < high:
                 add_line(loops.add_line, lines.sums, a, b, samples, 0)
-            if low <= enters - plan.micro_image_size < high:
+            if low <= enters - plan.box < high:
                 add_line(loops.add_line, lines.sums, a, b + lines.span, samples, 1)
         at -= plan.box_offset
     return place
@@ -236,7 +244,7 @@ def _finish_line(frame: Frame, lines: Lines, t: int, row: int, place: int, sampl
 def column_sums(frame: Frame, lines: Lines, t: int, count: int, words: Integers, into: int) -> None:
     """Sums of columns for lines t, t + 1, ...; transposed to words[into ...] if `into` >= 0."""
     plan, loops, taps = frame.plan, frame.loops, frame.taps
-    sums, lanes, plain = lines.sums, lines.lanes, frame.plan.positions == 1
+    sums, lanes, plain = lines.sums, lines.lanes, plan.groups * plan.positions == 1
     _find_lines(frame, lines, t, count)
     tiles = _whole_tiles(frame, lines, t, count) if into >= 0 else 0
     if tiles > 0:

@@ -38,7 +38,9 @@ class Plan(NamedTuple):
     order: int  # of the interpolation
     channels: int
     common: int  # gcd(a', M): S changes at its multiples only
-    positions: int  # how many sums S, M apart, an output takes in a dimension
+    # An output takes sums S in a dimension: groups that are M apart, each of sums that are B apart
+    groups: int
+    positions: int
     step: int  # sum number t is S[step t]
     box_offset: int  # offset of the moving sums that interpolation appends
     rows: Axis

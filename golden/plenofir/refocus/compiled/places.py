@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which pixels enter a sum, which leave it, and which sums an output takes."""
 
+from typing import cast
+
 import numpy as np
 
 from plenofir.ground.kept_code import borrowing, inner
 from plenofir.refocus.compiled.parameters import Axis, Integers, Plan
 from plenofir.refocus.compiled.vector_code import LINE_BYTES
+
+# Beyond all pixels.
+ANYWHERE = cast("int", np.int64(1 << 62))
 
 
 @borrowing
@@ -44,14 +49,14 @@ def ranges_of(plan: Plan, axis: Axis, reach: int, t0: int, t1: int) -> Integers:
     """
     ranges = np.empty((plan.order + 1, 2), np.int64)
     ranges[plan.order, 0], ranges[plan.order, 1] = t0, t1
-    if plan.positions > 1:
+    if plan.order + reach > 0:
         # Limited to the picture.
         low, high = axis.offset, axis.offset + axis.length
         for level in range(plan.order, -1, -1):
             t0, t1 = max(low, t0 - reach), min(high, t1 + reach)
             ranges[level, 0], ranges[level, 1] = t0, t1
             reach = 0
-            t0, t1 = t0 + plan.box_offset - plan.micro_image_size + 1, t1 + plan.box_offset
+            t0, t1 = t0 + plan.box_offset - plan.box + 1, t1 + plan.box_offset
     return ranges
 
 

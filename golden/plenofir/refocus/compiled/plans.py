@@ -82,10 +82,20 @@ def _narrow_numbers(slice_: Slice, at_once: Division, bias: int) -> dict[str, in
     }
 
 
+def _groups(slice_: Slice) -> tuple[int, int]:
+    """Groups of sums that an output takes in a dimension, and sums of each (`Plan`)."""
+    positions = slice_.order + 1
+    if not slice_.units:
+        return 1, positions
+    # Boxes as wide as a micro image follow each other as those of the interpolation do.
+    return (1, positions + 2) if slice_.box == slice_.micro_image_size else (3, positions)
+
+
 def _plan_of(slice_: Slice) -> Plan:
     """Parameters of a slice."""
-    m, shift, order = slice_.micro_image_size, slice_.shift, slice_.order
-    offset, common = output_offset(m, shift, slice_.align), gcd(shift, m)
+    m, shift, order, box = slice_.micro_image_size, slice_.shift, slice_.order, slice_.box
+    offset, common = output_offset(m, shift, slice_.align, box), gcd(shift, m)
+    groups, positions = _groups(slice_)
     # Interpolation and sharpening take sums at each pixel, also where neighbours are equal.
     step, scale = 1, 1
     if not (order or slice_.units):
@@ -97,13 +107,14 @@ def _plan_of(slice_: Slice) -> Plan:
     return Plan(
         micro_image_size=m,
         shift=shift,
-        box=slice_.box,
+        box=box,
         order=order,
         channels=slice_.shape[2] if len(slice_.shape) == 3 else 1,
         common=common,
-        positions=order + 1 + 2 * int(slice_.units > 0),
+        groups=groups,
+        positions=positions,
         step=step,
-        box_offset=output_offset(m, 1, slice_.align),
+        box_offset=output_offset(m, 1, slice_.align, box),
         rows=rows,
         columns=columns,
         most=slice_.white,
@@ -119,7 +130,8 @@ def work_of(slice_: Slice) -> Work:
     reached = [np.full(n, full) for n in slice_.shape[:2]]
     if slice_.normalise:
         reached = [
-            arrived(n, m, slice_.shift, slice_.order, slice_.align) for n in slice_.shape[:2]
+            arrived(n, m, slice_.shift, slice_.order, slice_.align, slice_.box)
+            for n in slice_.shape[:2]
         ]
     down, across = (
         weight[:: slice_.step][part.start : part.stop]
@@ -146,7 +158,7 @@ def work_of(slice_: Slice) -> Work:
             (slice_.pixel_bits, sums.line_bits, sums.sum_bits),
             plan.channels,
             slice_.order,
-            int(slice_.units > 0),
+            (plan.groups, plan.positions),
         ),
     )
 
@@ -161,11 +173,16 @@ def _taps_inside(inside: npt.NDArray[np.bool_], micro_image_size: int) -> npt.ND
 
 
 @cache
-def _loops(bits: tuple[int, int, int], channels: int, order: int, sharp: int) -> Loops:
-    """The loops that a slice takes; `bits` of pixels, of sums of columns and of other sums."""
+def _loops(bits: tuple[int, int, int], channels: int, order: int, sums: tuple[int, int]) -> Loops:
+    """The loops that a slice takes; `bits` of pixels, of sums of columns and of other sums.
+
+    `sums`: groups of them, and sums of each (`Plan`).
+    """
     columns, lines = column_vectors, row_vectors
     pixel, word, total = bits
     place, last = 64, total if order else word
+    groups, positions = sums
+    sharp = int(groups * positions > order + 1)
     loops = {
         "pixel_bytes": pixel // 8,
         "word_bytes": word // 8,
@@ -183,26 +200,26 @@ def _loops(bits: tuple[int, int, int], channels: int, order: int, sharp: int) ->
     }
     kinds: tuple[int, ...]
     if order + sharp < 2:
-        kinds = pixel, place, place, word, order, sharp, word
+        kinds = pixel, place, place, word, groups, positions, word
         loops["next_words"] = columns.next_words.address(*kinds)
     if order:
         loops["add_line"] = columns.add_line.address(word)
-        kinds = place, place, total, total, word
+        kinds = place, place, place, total, total, word
         loops["running_words"] = lines.running_sum.address(word, *kinds)
         loops["running_sums"] = lines.running_sum.address(total, *kinds)
     if sharp:
         loops["three_lines"] = columns.three_lines.address(word)
         loops["divide"] = lines.divide.address(total, word, place, total)
         loops["sharpened_start"] = lines.sharpened_start.address(last, place, total, word)
-        kinds = last, place, place, total, total, word
+        kinds = last, place, place, place, groups, total, total, word
         loops["sharpened_sums"] = lines.sharpened_sums.address(*kinds)
         if last == 16 and total == 32:
-            kinds = last, place, total, word, word
+            kinds = last, place, place, groups, total, word, word
             loops["sharpened_quotients"] = lines.sharpened_quotients.address(*kinds)
     else:
-        kinds = last, place, place, word, total, place, total
+        kinds = last, place, place, place, word, total, place, total
         loops["quotients"] = lines.quotients.address(*kinds)
-        kinds = last, place, channels, total, total, pixel, word
+        kinds = last, place, place, channels, total, total, pixel, word
         loops["finished_lines"] = lines.finished_lines.address(*kinds)
     return Loops(**{name: loops.get(name, 0) for name in Loops._fields})
 

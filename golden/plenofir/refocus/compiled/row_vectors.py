@@ -36,11 +36,13 @@ class _Moving:
     """Running sums of several lines at once: sums r = 0 .. count - 1.
 
     Sum r adds a change for each of the places with the numbers ends[first + r] to
-    ends[first + r + 1] - 1, or if `several` is 0 for number first + r; each sample of a pixel has a
-    sum of its own. `carry` has the sum before the first, and afterwards the last one.
+    ends[first + r + 1] - 1, or if `several` is 0 for number first + r, where pixels enter, and the
+    place of that number in `leaving`; each sample of a pixel has a sum of its own. `carry` has the
+    sum before the first, and afterwards the last one.
     """
 
     places: Array
+    leaving: Array
     ends: Array
     several: Value
     first: Value
@@ -51,39 +53,36 @@ class _Moving:
 
 
 def _moving(
-    sums: _Moving, change: Callable[[Value], Value], use: Callable[[Value, Value], None]
+    sums: _Moving, change: Callable[[Value, Value], Value], use: Callable[[Value, Value], None]
 ) -> None:
-    """Write running sums that change by change(place); `use` is called with r pixel and sum r."""
+    """Write running sums that change by change(place, leaving); `use` gets r pixel and sum r."""
     first, count, carry, lanes = sums.first, sums.count, sums.carry, sums.lanes
     with (sums.pixel // lanes).times() as sample:
         channel = sample * lanes
         total = Variable(carry.load(channel, lanes))
 
-        def take(place: Value) -> None:
-            total.set(total.get() + change(place + channel))
+        def take(number: Value) -> None:
+            enters, leaves = (a.load(number) + channel for a in (sums.places, sums.leaving))
+            total.set(total.get() + change(enters, leaves))
 
         with sums.several.is_nothing() as (one_each, any_number):
             with one_each, count.times() as r:
-                take(sums.places.load(first + r))
+                take(first + r)
                 use(r * sums.pixel + channel, total.get())
             with any_number, count.times() as r:
                 begin = sums.ends.load(first + r)
                 with (sums.ends.load(first + r + 1) - begin).times() as i:
-                    take(sums.places.load(begin + i))
+                    take(begin + i)
                 use(r * sums.pixel + channel, total.get())
         carry.store(channel, total.get())
 
 
-def _box(words: Array, behind: Value, carry: Array, lanes_of: Array) -> Callable[[Value], Value]:
-    """How a place changes a plain sum: words[place ...] - words[place - behind ...].
-
-    The box is a micro image wide, so the pixel that leaves lies one before that which enters. With
-    another box the pixel that leaves is the one that entered so many sums before.
-    """
+def _box(words: Array, carry: Array, lanes_of: Array) -> Callable[[Value, Value], Value]:
+    """How places change a plain sum: words[enters ...] - words[leaves ...]."""
     lanes = lanes_in_line(lanes_of)
 
-    def change(place: Value) -> Value:
-        change = words.load(place, lanes) - words.load(place - behind, lanes)
+    def change(enters: Value, leaves: Value) -> Value:
+        change = words.load(enters, lanes) - words.load(leaves, lanes)
         return change.as_wide_as(carry.bits, signed=True)
 
     return change
@@ -105,11 +104,11 @@ def _quotient(total: Value, factors: Sequence[Value], drop: Value, most: Value) 
 def running_sum(
     words: Array,
     places: Array,
+    leaving: Array,
     ends: Array,
     several: Value,
     first: Value,
     count: Value,
-    behind: Value,
     totals: Array,
     target: Value,
     pixel: Value,
@@ -119,8 +118,8 @@ def running_sum(
     """totals[target + r pixel ...], r = 0 .. count - 1, as `_moving` has them."""
     lanes = lanes_in_line(lanes_of)
     _moving(
-        _Moving(places, ends, several, first, count, pixel, carry, lanes),
-        _box(words, behind, carry, lanes_of),
+        _Moving(places, leaving, ends, several, first, count, pixel, carry, lanes),
+        _box(words, carry, lanes_of),
         lambda place, total: totals.store(target + place, total),
     )
 
@@ -129,11 +128,11 @@ def running_sum(
 def quotients(
     words: Array,
     places: Array,
+    leaving: Array,
     ends: Array,
     several: Value,
     first: Value,
     count: Value,
-    behind: Value,
     values: Array,
     pixel: Value,
     carry: Array,
@@ -146,8 +145,8 @@ def quotients(
 ) -> None:
     """Sums of `running_sum`, each divided as `divide` does: values[r pixel ...]."""
     lanes = lanes_in_line(values)
-    box = _box(words, behind, carry, values)
-    moving = _Moving(places, ends, several, first, count, pixel, carry, lanes)
+    box = _box(words, carry, values)
+    moving = _Moving(places, leaving, ends, several, first, count, pixel, carry, lanes)
 
     def store(place: Value, total: Value, factors: Sequence[Value]) -> None:
         quotient = _quotient(total, factors, drop, most)
@@ -235,9 +234,9 @@ def _store_tile(vectors: Sequence[Value], picture: Array, target: Value, pitch: 
 def finished_lines(
     words: Array,
     places: Array,
+    leaving: Array,
     first: Value,
     count: Value,
-    behind: Value,
     channels: int,
     carry: Array,
     table: Array,
@@ -256,7 +255,7 @@ def finished_lines(
     # min(most, ((sum + half) multiplier / 2^bits) >> drop): sums are kept with half. `inverse`: the
     # bits of a real number, if not 0, with which it is (sum + half) inverse.
     lanes, width = lanes_in_line(lanes_of), _tile_samples(picture)
-    shift, change = drop.as_wide_as(carry.bits), _box(words, behind, carry, lanes_of)
+    shift, change = drop.as_wide_as(carry.bits), _box(words, carry, lanes_of)
 
     def whole(total: Value) -> Value:
         # The multiplier from memory: LLVM knows then that it is no wider than that.
@@ -272,9 +271,9 @@ def finished_lines(
         with ((count + (width - 1)) // width).times() as tile:
             vectors, goal = [], target + tile * (width * channels)
             for k in range(width):
-                place = places.load(first + tile * width + k)
+                enters, leaves = (a.load(first + tile * width + k) for a in (places, leaving))
                 for total, channel in zip(totals, places_of, strict=True):
-                    total.set(total.get() + change(place + channel))
+                    total.set(total.get() + change(enters + channel, leaves + channel))
                     vectors.append(divide(total.get()).as_wide_as(lanes_of.bits))
                     if len(vectors) == width:
                         _store_tile(vectors, picture, goal, pitch)
@@ -317,9 +316,17 @@ def copy_line(
     part(part(start, count, tile), count, 1)
 
 
-def _four_words(words: Array, place: Value, behind: Value, lanes: int) -> list[Value]:
-    """Words that change a sharpened sum: at place + behind, place, place - behind, - 2 behind."""
-    return [words.load(place + behind * n, lanes) for n in (1, 0, -1, -2)]
+def _of_three_boxes(
+    words: Array, enters: Value, leaves: Value, behind: Value, groups: int, lanes: int
+) -> tuple[list[Value], list[Value]]:
+    """Words that enter and leave S(t + M), S(t) and S(t - M), which are `behind` apart.
+
+    In one group, B = M, what leaves a box enters the next.
+    """
+    entering = [words.load(enters + behind * n, lanes) for n in (1, 0, -1)]
+    if groups == 1:
+        return entering, [*entering[1:], words.load(leaves - behind, lanes)]
+    return entering, [words.load(leaves + behind * n, lanes) for n in (1, 0, -1)]
 
 
 @loop
@@ -356,11 +363,13 @@ def sharpened_start(
 def sharpened_sums(
     words: Array,
     places: Array,
+    leaving: Array,
     ends: Array,
     several: Value,
     first: Value,
     count: Value,
     behind: Value,
+    groups: int,
     pixel: Value,
     carry: Array,
     centre: Value,
@@ -373,35 +382,38 @@ def sharpened_sums(
 ) -> None:
     """Sums of `running_sum`, sharpened: totals[r pixel ...] = max(0, sum >> drop), signed."""
     # A sum is centre S(t) - before S(t - M) - after S(t + M), and the pixels of S(t + M) lie
-    # `behind` after those of S(t): so one running sum with four weights makes it. `bias`, a
-    # multiple of 2^drop, is the largest magnitude of a negative one.
-    near, far = centre + after, centre + before
+    # `behind` after those of S(t): so one running sum makes it. `bias`, a multiple of 2^drop, is
+    # the largest magnitude of a negative one.
     floor = bias >> drop
 
-    def change(place: Value) -> Value:
-        comes, enters, leaves, last = (
-            word.as_wide_as(carry.bits)
-            for word in _four_words(words, place, behind, lanes_in_line(lanes_of))
+    def change(enters: Value, leaves: Value) -> Value:
+        three = _of_three_boxes(words, enters, leaves, behind, groups, lanes_in_line(lanes_of))
+        next_, here, last = (
+            one.as_wide_as(carry.bits) - other.as_wide_as(carry.bits)
+            for one, other in zip(*three, strict=True)
         )
-        return enters * near - leaves * far - (comes * after - last * before)
+        return here * centre - (next_ * after + last * before)
 
     def use(place: Value, total: Value) -> None:
         totals.store(place, ((total + bias) >> drop).beyond(floor))
 
     lanes = lanes_in_line(lanes_of)
-    _moving(_Moving(places, ends, several, first, count, pixel, carry, lanes), change, use)
+    moving = _Moving(places, leaving, ends, several, first, count, pixel, carry, lanes)
+    _moving(moving, change, use)
 
 
 @loop
 def sharpened_quotients(
     words: Array,
     places: Array,
+    leaving: Array,
     first: Value,
     count: Value,
     behind: Value,
+    groups: int,
     pixel: Value,
     carry: Array,
-    near: Value,
+    centre: Value,
     bias: Value,
     drop: Value,
     floor: Value,
@@ -413,7 +425,7 @@ def sharpened_quotients(
 ) -> None:
     """Sums of `sharpened_sums`, divided: min(most, max(0, n - floor)) multiplier / 2^16 >> rest.
 
-    n = (sum + bias) >> drop. For words of 16 bits, and weights -1, near, -near, 1.
+    n = (sum + bias) >> drop. For words of 16 bits, and a side of 1.
     """
     # Two neighbouring words are taken as one number of 32 bits. A running sum of those, and one of
     # their upper words, together have the sums of both, and nothing is widened by a shuffle.
@@ -424,13 +436,14 @@ def sharpened_quotients(
         upper = Variable(start.every_other(1))
         both = Variable(start.every_other(0) + (upper.get() << 16))
         with count.times() as r:
-            pairs = [
-                word.in_lanes_of(32)
-                for word in _four_words(words, places.load(first + r) + channel, behind, lanes)
-            ]
-            for total, words_of in ((both, pairs), (upper, [pair >> 16 for pair in pairs])):
-                comes, enters, leaves, last = words_of
-                total.set(total.get() + ((enters - leaves) * near - (comes - last)))
+            enters, leaves = (a.load(first + r) + channel for a in (places, leaving))
+            three = _of_three_boxes(words, enters, leaves, behind, groups, lanes)
+            for total, drop_lower in ((both, 0), (upper, 16)):
+                next_, here, last = (
+                    (one.in_lanes_of(32) >> drop_lower) - (other.in_lanes_of(32) >> drop_lower)
+                    for one, other in zip(*three, strict=True)
+                )
+                total.set(total.get() + (here * centre - (next_ + last)))
             lower = both.get() - (upper.get() << 16)
             dropped = (lower >> drop).lowest(1 << 16) | (upper.get() >> drop << 16)
             number = dropped.in_lanes_of(16).beyond(floor).at_most(most)

@@ -113,12 +113,14 @@ def _summands(frame: Frame, row: Row, s0: int, s1: int) -> Summands:
     order = frame.plan.order
     if order == 0:
         first = s0 - row.ranges[0, 0] if frame.taps.side > 0 else ZERO
-        return Summands(row.words, row.places, row.several, first)
+        return Summands(row.words, row.places, row.leaving, row.several, first)
     places = np.empty(s1 - s0 + PAD, np.int64)
+    leaving = np.empty(places.size, np.int64)
     begin = s0 - row.ranges[order - 1, 0] + frame.plan.box_offset
     for k in range(places.size):
         places[k] = (begin + k) * row.pixel + row.margin
-    return Summands(row.totals if order % 2 else row.other, places, ZERO, ZERO)
+        leaving[k] = places[k] - frame.plan.box * row.pixel
+    return Summands(row.totals if order % 2 else row.other, places, leaving, ZERO, ZERO)
 
 
 @inner
