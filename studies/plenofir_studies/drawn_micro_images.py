@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
+from plenofir.camera.calibration.shading import pixel_positions
 from plenofir.camera.synthetic.pattern import (
     Form,
     aperture,
     centres_within,
-    pixel_positions,
     regular_grid,
 )
 from plenofir.ground.images import Image

@@ -10,6 +10,7 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.console import note, progress_bar
+from plenofir.commands.focused import FocusedOptions, type_lines
 from plenofir.commands.groups import CameraData, grouped
 from plenofir.commands.results import check_file, publish
 from plenofir.ground.errors import InputError
@@ -74,10 +75,12 @@ def calibrate(
     ] = None,
     camera: CameraData,
     turned: _Reversed,
+    of_types: FocusedOptions,
 ) -> None:
     """Find the micro image centres of a camera in its white image.
 
-    With --camera it also measures the exit pupil and compares it with the camera's.
+    With --camera it also measures the exit pupil and compares it with the camera's. A focused
+    camera's types of micro lenses are told apart with --lens-types, or read with --grid.
     """
     import numpy as np
 
@@ -90,17 +93,19 @@ def calibrate(
     options.require("reversed_lens", "camera", name is None and reversed_lens is not None)
     alone = reversed_lens is None and turned.reversed_focus != inf
     options.require("reversed_focus", "reversed_lens", alone)
-    inputs = white, dark, reversed_lens
+    of_types.check(pupil=reversed_lens is not None)
+    inputs = white, dark, reversed_lens, of_types.lens_types, of_types.grid
     path = check_file(out, (".json",), *inputs)
     picture_path = check_file(picture, (".png",), *inputs) if picture else None
     pupils = None
-    if name is not None:
+    if name is not None and not of_types.is_set:
         pupils = _Pupils(name, camera.focus, reversed_lens, turned.reversed_focus)
     picture_of_white = read_picture(Path(white), as_stored=True)
     for text in picture_of_white.notes:
         note(f"{white}: {text}")
-    with progress_bar("calibrating"):
-        calibration = find(
+
+    def of_white() -> "Calibration":
+        return find(
             picture_of_white,
             _optional(dark),
             bayer=bayer,
@@ -108,6 +113,13 @@ def calibrate(
             order=None if order == "auto" else int(order),
             where=white,
             dark_where=str(dark or ""),
+        )
+
+    with progress_bar("calibrating"):
+        calibration = (
+            of_types.calibration(picture_of_white, white, bayer, camera, of_white)
+            if of_types.is_set
+            else of_white()
         )
         measured = [] if pupils is None else pupils.lines(calibration)
     with Results(path.parent) as results:
@@ -145,6 +157,8 @@ def calibrate(
             f"note          nowhere darker than {100 * darkest:.0f} % of the middle: where micro "
             "images overlap, centres may be half a pitch off (plenofir inspect)"
         )
+    for line in type_lines(calibration):
+        typer.echo(line)
     typer.echo(f"file          {out}")
 
 

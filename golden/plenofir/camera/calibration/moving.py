@@ -147,11 +147,15 @@ def mapped(calibration: Calibration, place: PixelMap) -> Calibration:
 
     missing = [counted(row, column) for row, column in calibration.missing]
     uneven = [(counted(row, column), share) for row, column, share in calibration.uneven]
+    types, grid = calibration.lens_types, grid.moved(*first)
+    if types is not None:
+        types = types.carried(calibration.grid, grid, matrix, shift)
     return calibration.model_copy(
         update={
             "image_shape": shape,
             "lenses": lenses,
-            "grid": grid.moved(*first),
+            "grid": grid,
+            "lens_types": types,
             "missing": tuple(new for new in missing if new is not None),
             "uneven": tuple((*new, share) for new, share in uneven if new is not None),
             "shading": _shading(calibration, place),

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from plenofir.camera.calibration.evidence import Evidence
 from plenofir.camera.calibration.grid import Flags, Floats, Grid, exponents
 from plenofir.camera.calibration.shading import shading_at, within
+from plenofir.camera.calibration.types_of_lenses import LensTypes
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file, write_file
 
@@ -71,6 +72,8 @@ class Calibration(BaseModel):
     orientation
         How the white image is to be turned to be looked at, as EXIF counts; None as it lies. The
         grid is that of its pixels as they are stored.
+    lens_types
+        Types of the micro lenses of a focused camera; None for a standard camera.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -90,6 +93,7 @@ class Calibration(BaseModel):
     evidence: Evidence | None = None
     colours: tuple[Share, Share, Share] | None = None
     orientation: Annotated[int, Field(ge=2, le=8)] | None = None
+    lens_types: LensTypes | None = None
 
     @model_validator(mode="after")
     def _fits_together(self) -> "Calibration":
@@ -113,6 +117,9 @@ class Calibration(BaseModel):
             raise ValueError("shading: too large")
         if not within(centres, self.image_shape).any():
             raise ValueError("no lens in the image")
+        usual = (1, 2) if self.grid.layout == "rectangular" else (1, 3)
+        if self.lens_types is not None and len(self.lens_types.pattern) not in usual:
+            raise ValueError(f"lens_types: {usual[0]} or {usual[1]} types in this layout")
         return self
 
     @cached_property
@@ -154,7 +161,8 @@ class Calibration(BaseModel):
 
     def text(self) -> str:
         """What `save` writes."""
-        content = self.model_dump(exclude={"orientation"} if self.orientation is None else None)
+        rare = {"orientation", "lens_types"}
+        content = self.model_dump(exclude={name for name in rare if getattr(self, name) is None})
         # One line for each field keeps the file readable and small.
         lines = [f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in content.items()]
         return "{\n" + ",\n".join(lines) + "\n}\n"

@@ -32,6 +32,12 @@ def shading_at(coefficients: Floats, positions: Floats, image_shape: tuple[int, 
     return np.exp(np.clip(logs, -_LARGEST_LOG, _LARGEST_LOG))
 
 
+def pixel_positions(rows: slice, columns: int) -> Floats:
+    """Positions of the pixels of some rows."""
+    y, x = np.meshgrid(np.arange(rows.start, rows.stop), np.arange(columns), indexing="ij")
+    return np.stack([y, x], axis=-1).astype(np.float64)
+
+
 def within(centres: Floats, image_shape: tuple[int, int]) -> Flags:
     """Whether centres lie in an image."""
     end = np.array(image_shape) - 1

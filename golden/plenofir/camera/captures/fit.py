@@ -112,7 +112,8 @@ def fitted(
     turned = _turned(levels, calibration, roi, orientation, where)
     if turned is not None:
         return turned
-    lenses = find_lenslets(levels)
+    # The content of a focused camera's micro images repeats nearly as its lenses do.
+    lenses = None if calibration.lens_types is not None else find_lenslets(levels)
     # Phases alone may agree with a grid of another pitch whose waves fall on these; lenses that are
     # found anew decide.
     if match.fits and (lenses is None or _alike(lenses.grid, match.grid)):

@@ -179,12 +179,17 @@ def blur_px(model: Refocusing, a: npt.ArrayLike) -> Values:
         return np.asarray(np.abs(np.multiply.outer(_turns(model)[0], values) - 1) / np.abs(values))
 
 
+def sharpest_inverse(model: Refocusing) -> Values:
+    """For each type of micro lens 1 / a of the plane at which it is sharpest, shape (types,)."""
+    return _turns(model)[0]
+
+
 def pupil_blur_px(model: Refocusing) -> Values:
     """Diameters of the blur of each type of micro lens for a point of the exit pupil, in pixels.
 
     Micro images are wider by so much than the pupil's image, with a soft rim. Result: (types,).
     """
-    return np.abs(_turns(model)[0])
+    return np.abs(sharpest_inverse(model))
 
 
 def sharpest_type(model: Refocusing, a: npt.ArrayLike) -> Sharpness:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import erf
 
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
+from plenofir.camera.calibration.shading import pixel_positions
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
@@ -140,12 +141,6 @@ def white_image(
         light += rng.normal(0, noise, light.shape)
         image[start:stop] = np.clip(np.rint(light * level * full), 0, full)
     return image
-
-
-def pixel_positions(rows: slice, columns: int) -> Floats:
-    """Positions of the pixels of some rows."""
-    y, x = np.meshgrid(np.arange(rows.start, rows.stop), np.arange(columns), indexing="ij")
-    return np.stack([y, x], axis=-1).astype(np.float64)
 
 
 def centres_within(grid: Grid, shape: tuple[int, int]) -> Floats:

@@ -19,8 +19,10 @@ import numpy as np
 from scipy import ndimage
 
 from plenofir.camera.calibration.grid import Floats, Grid, Indices, Layout
+from plenofir.camera.calibration.shading import pixel_positions
+from plenofir.camera.calibration.types_of_lenses import usual_order
 from plenofir.camera.rays.model import RayModel
-from plenofir.camera.synthetic.pattern import Form, aperture, pixel_positions, regular_grid
+from plenofir.camera.synthetic.pattern import Form, aperture, regular_grid
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
@@ -216,19 +218,6 @@ def _averaged(canvas: Floats, widths: tuple[float, float]) -> Floats:
     return canvas
 
 
-def lens_types(grid: Grid, t: Indices, s: Indices, types: int) -> Indices:
-    """Type of micro lenses, counted from 0, in an array of several types in the usual order.
-
-    On a hexagonal grid no lens of three types has a neighbour of its own type, on a square one none
-    of two has one beside it. `t`, `s`: rows and columns, any shape. Result: same shape.
-    """
-    if grid.layout == "rectangular":
-        return np.asarray((t + s) % types)
-    row, place = (t, s) if grid.layout == "hexagonal-rows" else (s, t)
-    shifted = row + grid.stagger
-    return np.asarray((place + (shifted % 2 - shifted) // 2 - row) % types)
-
-
 def render(
     model: RayModel,
     planes: list[TexturedPlane],
@@ -302,7 +291,7 @@ def render(
         part = slice(start, min(start + block, shape[0]))
         places = pixel_positions(part, shape[1])
         t, s, from_centre = grid.nearest(places)
-        types = lens_types(grid, t, s, len(model.camera.micro_lenses.focal_lengths_mm))
+        types = usual_order(grid, t, s, len(model.camera.micro_lenses.focal_lengths_mm))
         position = (places - from_centre - middle) * pixel / stretch
         slope = model.chief_ray_slope(from_centre, position)
         light = aperture(from_centre, radius * pitch, form, softness)

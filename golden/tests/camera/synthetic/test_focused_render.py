@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from plenofir.camera.calibration.grid import Layout
+from plenofir.camera.calibration.types_of_lenses import usual_order
 from plenofir.camera.rays import (
     Camera,
     RayModel,
@@ -12,7 +13,7 @@ from plenofir.camera.rays import (
     load_camera,
     setting_of_virtual_depth,
 )
-from plenofir.camera.synthetic import TexturedPlane, lens_types, render
+from plenofir.camera.synthetic import TexturedPlane, render
 from plenofir.camera.synthetic.pattern import regular_grid
 
 R12 = load_camera("raytrix-r12")
@@ -35,7 +36,7 @@ KEPLERIAN = Camera.model_validate(
 def test_lenses_of_one_type_are_no_neighbours(layout: Layout, offset: int) -> None:
     grid = regular_grid((200, 200), 1.0, layout=layout).moved(offset, 0)
     t, s = np.mgrid[-4:5, -4:5]
-    types = lens_types(grid, t, s, 3).ravel()
+    types = usual_order(grid, t, s, 3).ravel()
     centres = grid.centres(t, s).reshape(-1, 2)
     apart = np.sqrt(((centres[:, np.newaxis] - centres) ** 2).sum(axis=-1))
     same = types[:, np.newaxis] == types
@@ -74,7 +75,7 @@ def edge_widths(model: RayModel, depth: float, layout: Layout) -> tuple[list[flo
         variance = (slope * (places - middle) ** 2).sum() / slope.sum()
         row[s] = middle
         # Of boxes as wide as the blur and a pixel; differences of samples add one more.
-        number = int(lens_types(grid, np.array(0), np.array(s), types))
+        number = int(usual_order(grid, np.array(0), np.array(s), types))
         widths[number].append(12 * variance - 2)
     moved = np.mean([row[s + 1] - row[s] for s in row if s + 1 in row])
     return [float(np.sqrt(max(0.0, np.mean(w)))) if w else np.nan for w in widths], float(moved)
