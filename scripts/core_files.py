@@ -34,7 +34,7 @@ SYNTH = """\
         family: Spartan6
         device: xc6slx45
         package: csg324
-        speed: "-2"
+        speed: "-3"
       vivado:
         part: {vivado}
         pnr: none

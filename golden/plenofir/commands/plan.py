@@ -43,10 +43,9 @@ def _amounts(amounts: dict[str, int]) -> str:
 
 def _takes(plan: "Plan", kind: str) -> str:
     """Amounts of a device that blocks of a kind in a plan's core take."""
-    from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.resources.estimate import estimate
 
-    device = DEVICES[plan.device]
+    device = plan.chip
     blocks = (block for block in plan.core.blocks if block.kind == kind)
     amounts = device.amounts(estimate(blocks, device.family))
     return _amounts({name: amount for name, amount in amounts.items() if amount})
@@ -142,7 +141,6 @@ def print_placed(plan: "Plan") -> None:
 
 def _print_frames(plan: "Plan") -> None:
     """Print what comes in: frames, sensor, camera, video, and the clock."""
-    from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.hdmi.edid import describe_edid
 
     core = plan.core
@@ -153,19 +151,23 @@ def _print_frames(plan: "Plan") -> None:
     if plan.sensor is not None:
         print_sensor(plan.sensor)
     if core.pixels_per_clock > 1 and plan.clock_mhz is not None:
-        kept = core.kept_mhz(DEVICES[plan.device])
         print_line(
             "pixels",
             f"{core.pixels_per_clock} a clock, {plan.columns * plan.rows / plan.frame_clocks:.3g} "
-            f"with the ends of lines; the {plan.device.upper()} keeps {kept:g} MHz"
-            + " (assumed: no open tool places it)"
-            * DEVICES[plan.device].assumed,
+            "with the ends of lines",
+        )
+    if plan.path == "core":
+        kept = f"keeps {plan.kept_mhz:g} MHz" if plan.kept_mhz else "has no known clock"
+        print_line(
+            "clock",
+            f"built for {plan.built_mhz:g} MHz; the {plan.part} {kept}"
+            + " (assumed: no open tool places it in this grade)" * plan.chip.assumed,
         )
     if plan.blanking is not None:
+        board = "in and out on the board, " if plan.path == "video" else ""
         print_line(
             "video",
-            f"in and out on the board, blanking of {plan.blanking[0]} pixels and "
-            f"{plan.blanking[1]} lines",
+            f"{board}blanking of {plan.blanking[0]} pixels and {plan.blanking[1]} lines",
         )
     if (camera := plan.camera) is not None:
         slow, fast = camera.clock_mhz, camera.wanted_mhz
@@ -204,6 +206,8 @@ def print_plan(plan: "Plan") -> None:
         print_line("border", f"divided by the views that reach it, takes {takes}")
     print_line("engine", f"{core.engine.kind}: {plan.engine_reason}")
     for option in plan.engines:
+        if option.refused and option.refused in plan.engine_reason:
+            continue
         numbers = option.refused if option.needs is None else _amounts(option.needs)
         print_line("", f"{option.engine}: {numbers}")
     arithmetic = core.arithmetic.model_dump()
@@ -402,12 +406,11 @@ def _print_figures(rows: "list[tuple[str, Figures, str]]", device: "Device") -> 
 
 def _count(plan: "Plan") -> None:
     """Print what Yosys makes of a scene's core for its device, beside the estimate."""
-    from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.synthesis.counts import count
     from plenofir.plan.configure import configure as write_project
     from plenofir.plan.configure import top_of
 
-    family = DEVICES[plan.device].family
+    family = plan.chip.family
     with tempfile.TemporaryDirectory(prefix="plenofir-") as work, steps_bar("synthesis") as show:
         show(plan.scene, 0, 1)
         sources = write_project(plan, Path(work))
@@ -454,7 +457,7 @@ def synth(
     ghdl, yosys = ghdl_version(), yosys_version()
     if scene:
         planned = make_plan(load_scene(scene, device))
-        if planned.path == "core" and DEVICES[planned.device].family != "spartan6":
+        if planned.path == "core" and planned.chip.family != "spartan6":
             _count(planned)
             return
         if is_nextpnr_board(planned):
@@ -481,7 +484,7 @@ def synth(
             state = "" if same is None else "same" if same == netlist.figures else "differs"
             rows.append((design.name, netlist.figures, state))
     typer.echo(f"GHDL {ghdl}, Yosys {yosys}")
-    scene_device = DEVICES[chosen[0].plan.device if scene and chosen[0].plan else DEFAULT_DEVICE]
+    scene_device = chosen[0].plan.chip if scene and chosen[0].plan else DEVICES[DEFAULT_DEVICE]
     # A scene for another family is shown beside the board's device, and need not fit it.
     reference = scene_device if scene_device.family == "spartan6" else DEVICES[DEFAULT_DEVICE]
     _print_figures(rows, reference)

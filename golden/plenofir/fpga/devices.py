@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of devices with their resources, and the resources that a design takes."""
+"""The table of devices: resources, speed grades, the clocks that cores are trusted to reach."""
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from plenofir.fpga.families import FAMILIES, Family
 
@@ -49,22 +49,47 @@ class Usage:
         return dict(zip(FAMILIES[family].names, amounts, strict=True))
 
 
+GRADE_STEP = 0.85
+"""Share of a clock that the next slower grade keeps: ECP5's grades 6 and 8 are 0.73 apart."""
+
+
 @dataclass(frozen=True)
 class Device:
     """An FPGA, with the amounts of its data sheet."""
 
     name: str  # as users type it, without package and speed grade
     total: Usage = field(default_factory=Usage)  # its resources
-    # The usual package, and the part with it and the slowest usual speed grade.
-    package: str = ""
+    package: str = ""  # the usual one
     family: Family = "spartan6"
-    part: str = ""  # as the vendor's tool names it, package and speed grade included
-    # Clocks that cores reach in the slowest grade: most pixels a clock, and MHz. Placed designs
-    # reach them (tests check that); for Spartan-6 it is what the board's build requires; for
-    # families without an open router, what the nearest family reaches (`assumed`).
+    # As the vendor's tool names it, package included, with `{}` for the speed grade.
+    part_pattern: str = ""
+    grade: str = ""  # speed grade
+    grades: tuple[str, ...] = ()  # all that the vendor sells, from slow to fast
+    # Clocks that cores reach in `grade`: most pixels a clock, and MHz. Placed designs reach them
+    # (tests check that); for Spartan-6 it is what the board's build requires; for families without
+    # an open router, what the nearest family reaches (`assumed`).
     clocks_mhz: tuple[tuple[int, float], ...] = ((1, 74.25),)
     assumed: bool = False
     source: str = ""  # where the amounts are from
+
+    @property
+    def part(self) -> str:
+        """The part as the vendor's tool names it, package and speed grade included."""
+        return self.part_pattern.format(self.grade)
+
+    def in_grade(self, grade: str) -> "Device":
+        """The device in another speed grade; ValueError with the choice if there is none.
+
+        Faster grades are trusted to no more than this one; slower ones lose `GRADE_STEP` each.
+        """
+        names = {name.lower().lstrip("-"): name for name in self.grades}
+        chosen = names.get(grade.strip().lower().lstrip("-"))
+        if chosen is None:
+            choices = ", ".join(self.grades) or "no other"
+            raise ValueError(f"the {self.title} comes in {choices}")
+        slower = max(self.grades.index(self.grade) - self.grades.index(chosen), 0)
+        clocks = tuple((most, round(mhz * GRADE_STEP**slower, 1)) for most, mhz in self.clocks_mhz)
+        return replace(self, grade=chosen, clocks_mhz=clocks, assumed=self.assumed or bool(slower))
 
     @property
     def title(self) -> str:
@@ -91,45 +116,46 @@ class Device:
 
 _ECP5_CLOCKS = ((1, 110.0), (16, 80.0), (32, 70.0))
 # LUTs (Cyclone V: ALMs), flip-flops, block RAMs of 18 Kbit (Cyclone V: 10, GateMate: 20),
-# multipliers; package; the part with its usual package and slowest grade. Sources: `_SOURCES`.
+# multipliers; package; the part with it, in brackets the grade that its clocks are known for
+# (`_CLOCKS`). Sources: `_SOURCES`.
 _Row = tuple[str, int, int, int, int, str, str]
 _ROWS: dict[Family, tuple[_Row, ...]] = {
     "spartan6": (
-        ("xc6slx9", 5720, 11440, 32, 16, "csg324", "xc6slx9-2csg324"),
-        ("xc6slx16", 9112, 18224, 32, 32, "csg324", "xc6slx16-2csg324"),
-        ("xc6slx25", 15032, 30064, 52, 38, "fgg484", "xc6slx25-2fgg484"),
-        ("xc6slx45", 27288, 54576, 116, 58, "csg324", "xc6slx45-2csg324"),
-        ("xc6slx75", 46648, 93296, 172, 132, "fgg484", "xc6slx75-2fgg484"),
-        ("xc6slx100", 63288, 126576, 268, 180, "fgg484", "xc6slx100-2fgg484"),
-        ("xc6slx150", 92152, 184304, 268, 180, "fgg484", "xc6slx150-2fgg484"),
+        ("xc6slx9", 5720, 11440, 32, 16, "csg324", "xc6slx9-[3]csg324"),
+        ("xc6slx16", 9112, 18224, 32, 32, "csg324", "xc6slx16-[3]csg324"),
+        ("xc6slx25", 15032, 30064, 52, 38, "fgg484", "xc6slx25-[3]fgg484"),
+        ("xc6slx45", 27288, 54576, 116, 58, "csg324", "xc6slx45-[3]csg324"),
+        ("xc6slx75", 46648, 93296, 172, 132, "fgg484", "xc6slx75-[3]fgg484"),
+        ("xc6slx100", 63288, 126576, 268, 180, "fgg484", "xc6slx100-[3]fgg484"),
+        ("xc6slx150", 92152, 184304, 268, 180, "fgg484", "xc6slx150-[3]fgg484"),
     ),
     "series7": (
-        ("xc7z010", 17600, 35200, 120, 80, "clg400", "xc7z010clg400-1"),
-        ("xc7a35t", 20800, 41600, 100, 90, "csg324", "xc7a35tcsg324-1"),
-        ("xc7k70t", 41000, 82000, 270, 240, "fbg676", "xc7k70tfbg676-1"),
-        ("xc7z020", 53200, 106400, 280, 220, "clg400", "xc7z020clg400-1"),
-        ("xc7a100t", 63400, 126800, 270, 240, "csg324", "xc7a100tcsg324-1"),
-        ("xc7a200t", 134600, 269200, 730, 740, "fbg484", "xc7a200tfbg484-1"),
+        ("xc7z010", 17600, 35200, 120, 80, "clg400", "xc7z010clg400-[1]"),
+        ("xc7a35t", 20800, 41600, 100, 90, "csg324", "xc7a35tcsg324-[1]"),
+        ("xc7k70t", 41000, 82000, 270, 240, "fbg676", "xc7k70tfbg676-[1]"),
+        ("xc7z020", 53200, 106400, 280, 220, "clg400", "xc7z020clg400-[1]"),
+        ("xc7a100t", 63400, 126800, 270, 240, "csg324", "xc7a100tcsg324-[1]"),
+        ("xc7a200t", 134600, 269200, 730, 740, "fbg484", "xc7a200tfbg484-[1]"),
     ),
     "cyclonev": (
-        ("5ceba4", 18480, 73920, 308, 132, "f23", "5CEBA4F23C8"),
-        ("5cseba6", 41910, 167640, 553, 224, "u23", "5CSEBA6U23I7"),
+        ("5ceba4", 18480, 73920, 308, 132, "f23", "5CEBA4F23[C8]"),
+        ("5cseba6", 41910, 167640, 553, 224, "u23", "5CSEBA6U23[I7]"),
     ),
     "ecp5": (
-        ("lfe5u-12f", 24288, 24288, 56, 28, "cabga381", "LFE5U-12F-6BG381C"),
-        ("lfe5u-25f", 24288, 24288, 56, 28, "cabga381", "LFE5U-25F-6BG381C"),
-        ("lfe5u-45f", 43848, 43848, 108, 72, "cabga381", "LFE5U-45F-6BG381C"),
-        ("lfe5u-85f", 83640, 83640, 208, 156, "cabga381", "LFE5U-85F-6BG381C"),
+        ("lfe5u-12f", 24288, 24288, 56, 28, "cabga381", "LFE5U-12F-[6]BG381C"),
+        ("lfe5u-25f", 24288, 24288, 56, 28, "cabga381", "LFE5U-25F-[6]BG381C"),
+        ("lfe5u-45f", 43848, 43848, 108, 72, "cabga381", "LFE5U-45F-[6]BG381C"),
+        ("lfe5u-85f", 83640, 83640, 208, 156, "cabga381", "LFE5U-85F-[6]BG381C"),
     ),
     "nexus": (
-        ("lifcl-17", 13824, 13824, 24, 24, "cabga256", "LIFCL-17-7BG256C"),
-        ("lifcl-40", 32256, 32256, 84, 56, "cabga400", "LIFCL-40-7BG400C"),
+        ("lifcl-17", 13824, 13824, 24, 24, "cabga256", "LIFCL-17-[9]BG256C"),
+        ("lifcl-40", 32256, 32256, 84, 56, "cabga400", "LIFCL-40-[9]BG400C"),
     ),
-    "gw1n": (("gw1nr-9", 8640, 6480, 26, 20, "qn88p", "GW1NR-LV9QN88PC6/I5"),),
-    "gw2a": (("gw2ar-18", 20736, 15552, 46, 48, "qn88", "GW2AR-LV18QN88C8/I7"),),
+    "gw1n": (("gw1nr-9", 8640, 6480, 26, 20, "qn88p", "GW1NR-LV9QN88P[C6/I5]"),),
+    "gw2a": (("gw2ar-18", 20736, 15552, 46, 48, "qn88", "GW2AR-LV18QN88[C8/I7]"),),
     "gw5a": (
-        ("gw5a-25", 23040, 23040, 56, 0, "mg121n", "GW5A-LV25MG121NC1/I0"),
-        ("gw5ast-138", 138240, 138240, 340, 0, "pg484a", "GW5AST-LV138PG484AC1/I0"),
+        ("gw5a-25", 23040, 23040, 56, 0, "mg121n", "GW5A-LV25MG121N[C1/I0]"),
+        ("gw5ast-138", 138240, 138240, 340, 0, "pg484a", "GW5AST-LV138PG484A[C1/I0]"),
     ),
     "gatemate": (("ccgm1a1", 40960, 40960, 64, 0, "fbga324", "CCGM1A1"),),
 }
@@ -159,6 +185,19 @@ _CLOCKS: dict[Family, tuple[tuple[int, float], ...]] = {
 }
 # 28 nm, so at least as fast as ECP5 (40 nm).
 _ASSUMED: tuple[Family, ...] = ("series7", "cyclonev")
+# By the beginning of a device's name, from slow to fast.
+_GRADES: dict[str, tuple[str, ...]] = {
+    "xc6slx": ("2", "3"),
+    "xc7": ("1", "2", "3"),
+    "5ce": ("C8", "C7", "C6"),
+    "5cse": ("I7", "C6"),
+    "lfe5u": ("6", "7", "8"),
+    "lifcl": ("7", "8", "9"),
+    "gw1nr": ("C5/I4", "C6/I5", "C7/I6"),
+    "gw2ar": ("C7/I6", "C8/I7", "C9/I8"),
+    "gw5a": ("C1/I0", "C2/I1"),
+    "ccgm": (),
+}
 _OTHER_NAMES = {
     "gw2a-18": "gw2ar-18",
     "gw5a-25a": "gw5a-25",
@@ -170,12 +209,16 @@ _OTHER_NAMES = {
 
 def _device(family: Family, row: _Row) -> Device:
     name, lut, flip_flops, blocks, dsp, package, part = row
+    before, grade, after = re.split(r"[\[\]]", part) if "[" in part else (part, "", "")
+    grades = max((start for start in _GRADES if name.startswith(start)), key=len)
     return Device(
         name,
         Usage(lut, flip_flops, blocks, dsp=dsp),
         package,
         family,
-        part,
+        f"{before}{{}}{after}",
+        grade,
+        _GRADES[grades],
         _CLOCKS.get(family, _ECP5_CLOCKS),
         family in _ASSUMED,
         _SOURCES[family],

@@ -70,11 +70,14 @@ class Candidate:
         """Why the core does not reach the scene's frame rate; empty if it does."""
         scene, pixels = self.loaded.scene, self.core.pixels_per_clock
         frame, lanes = scene.frame, scene.lanes
-        needed, kept = self.clock[0], self.core.kept_mhz(self.device)
+        needed, asked = self.clock[0], scene.build.clock_mhz
+        kept = self.core.kept_mhz(self.device) if asked is None else asked
         if scene.build.path == "video" or needed is None or needed <= kept:
             return ""
         each = "a pixel" if pixels == 1 else f"{pixels} pixels"
         limit = f"cores keep {kept:g} MHz" if kept else "no clock is known for so many"
+        if asked is not None:
+            limit = f"build.clock_mhz is {asked:g}"
         size = f"{frame.columns} x {frame.rows}"
         load = size if frame.rate_hz is None else f"{size} at {frame.rate_hz:g} Hz"
         if lanes is not None and needed == lanes.pixels_mhz(frame.bits) / pixels:
@@ -99,7 +102,9 @@ class Candidate:
         lines = core.frame_lines(frame.rows)
         if self.loaded.shown.needs_index:
             lines = max(lines, self.loaded.shown.index(core).frame_lines(frame.rows))
-        clocks = max(core.line_tokens(frame.columns), self._line_steps) * lines
+        blank_pixels, blank_lines = frame.blank
+        line = max(core.line_tokens(frame.columns + blank_pixels), self._line_steps)
+        clocks = line * max(lines, frame.rows + blank_lines)
         if core.parallel_rows > 1:
             clocks = frame.columns * frame.rows
         if (chip := self.loaded.sensor) is not None:
@@ -238,7 +243,8 @@ def _variants(
 ) -> list[Candidate]:
     """A core with each variant of an engine; without blanking, those that need no pause."""
     scene = loaded.scene
-    blanking = scene.build.path != "core" or scene.frame.rate_hz is None
+    frame = scene.frame
+    blanking = scene.build.path != "core" or frame.rate_hz is None or frame.blank[1] > 0
     rows = None if blanking else scene.frame.rows
     engines = kind.variants(core, scene.build.parallel_rows, rows)
     cores = (core.model_copy(update={"engine": engine}) for engine in engines)

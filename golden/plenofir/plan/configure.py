@@ -9,7 +9,6 @@ from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import gowin, ise, nextpnr, top_level
 from plenofir.fpga.boards import Board, board_of
 from plenofir.fpga.constraints import Constraints
-from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import used_components, used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import find_mode, range_limits
@@ -31,8 +30,6 @@ from plenofir.plan.sensor.resampler import Load
 from plenofir.plan.verilog import verilog_files
 
 CALIBRATION = "calibration.txt"
-# Clock for stills, that of 720p at 60 frames a second.
-STILL_CLOCK_MHZ = 74.25
 
 
 def needed_sources(
@@ -89,11 +86,6 @@ def clock_range_of(plan: Plan) -> int:
     return _board(plan).clock_range(mode)
 
 
-def clock_mhz(plan: Plan) -> float:
-    """Clock that a scene is built for."""
-    return STILL_CLOCK_MHZ if plan.clock_mhz is None else plan.clock_mhz
-
-
 def configure(
     plan: Plan, out: Path, *, verilog: bool = False, loads: Sequence[Load] | None = None
 ) -> list[Path]:
@@ -119,7 +111,7 @@ def configure(
         lists[CALIBRATION] = "".join(f"{line}\n" for line in load_lines(loads))
     if verilog:
         lists.update(verilog_files(plan, top, written, sources))
-    if DEVICES[plan.device].family != "spartan6":
+    if plan.chip.family != "spartan6":
         publish({**written, **lists}, out)
         return sources
     lists[f"{top}.prj"] = "".join(f'vhdl work "{place}"\n' for place in places)
@@ -134,8 +126,8 @@ def _core_top(plan: Plan) -> dict[str, str]:
 
     For an ECP5 the clock alone; for other families neither, see `plenofir.plan.project_files`.
     """
-    part = DEVICES[plan.device]
-    constraints = Constraints({"clk": clock_mhz(plan)})
+    part = plan.chip
+    constraints = Constraints({"clk": plan.built_mhz})
     vhdl = {f"{PACKAGE}.vhd": package_text(plan)}
     if plan.sensor is not None and plan.sensor.calibrated:
         loads = plan.sensor.loads
@@ -148,10 +140,9 @@ def _core_top(plan: Plan) -> dict[str, str]:
     return {
         **vhdl,
         f"{TOP}.ucf": (
-            f"# Clock of the scene {plan.scene}: {clock_mhz(plan):g} MHz.\n"
-            f"{constraints.text('ucf')}"
+            f"# Clock of the scene {plan.scene}: {plan.built_mhz:g} MHz.\n{constraints.text('ucf')}"
         ),
-        f"{TOP}.xst": ise.xst_script(TOP, f"{part.name}-2-{part.package}"),
+        f"{TOP}.xst": ise.xst_script(TOP, f"{part.name}-{part.grade}-{part.package}"),
     }
 
 

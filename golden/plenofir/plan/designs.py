@@ -12,7 +12,6 @@ from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import Generics, SliceEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.resources.estimate import Block
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.synthesis.part_wrapper import TOP, core_call, literal, with_part, wrapped
@@ -108,7 +107,7 @@ def stack_core_designs() -> Iterator[Design]:
 
 def is_nextpnr_board(plan: Plan) -> bool:
     """Whether nextpnr makes a scene's bitstream, so that it has no netlist for Spartan-6."""
-    return plan.path != "core" and DEVICES[plan.device].family != "spartan6"
+    return plan.path != "core" and plan.chip.family != "spartan6"
 
 
 def core_designs() -> Iterator[Design]:

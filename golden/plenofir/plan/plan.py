@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir.camera.resampling import BayerOrder, red_place
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.devices import Device
+from plenofir.fpga.devices import DEFAULT_DEVICE, DEVICES, Device
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.screen.board_screen import Screen
@@ -124,8 +124,13 @@ class Plan(BaseModel):
     scene: str
     path: str  # "core", "video" or "camera"
     device: str  # that it fits
+    grade: str  # its speed grade
+    part: str  # it with package and grade, as the vendor's tool names it
+    # Clock that everything which follows is built for: constraints, projects, block designs.
+    built_mhz: float
+    kept_mhz: float  # clock that such cores are trusted to keep on the device; 0 if unknown
     clock_mhz: float | None  # pixel clock that the frame rate needs; None for stills
-    # Pixels of horizontal and lines of vertical blanking of the video mode; None without.
+    # Pixels of horizontal and lines of vertical blanking that the source sends; None without.
     blanking: tuple[int, int] | None
     frame_clocks: int  # clocks for each frame, blanking included
     # Clocks from a frame's first pixel in to its first pixel out, and the lines among them: of the
@@ -163,4 +168,5 @@ class Plan(BaseModel):
     camera: PlannedCamera | None = None  # camera on the board's CSI-2 lanes
     # Resampler of a sensor's raw frames; None if the frames are the raster.
     sensor: PlannedSensor | None = None
+    chip: Device = Field(default=DEVICES[DEFAULT_DEVICE], exclude=True)  # `device` in its grade
     notes: tuple[str, ...] = ()  # effects of the camera's optics on the slices

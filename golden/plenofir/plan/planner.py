@@ -10,12 +10,11 @@ from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_n
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
 from plenofir.fpga.resources.estimate import VIDEO, Block, estimate
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.ground.errors import InputError
-from plenofir.plan.choice import choose_core, engine_choice
+from plenofir.plan.choice import Candidate, choose_core, engine_choice
 from plenofir.plan.omissions import extent, full_core, left_out
 from plenofir.plan.plan import Plan, PlannedSlice, planned_sensor
 from plenofir.plan.scene import LoadedScene
@@ -23,6 +22,9 @@ from plenofir.plan.scene_screen import screen_of
 from plenofir.plan.scene_stack import stack_of
 from plenofir.plan.sensor.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
 from plenofir.refocus.shifts import shift_to_text
+
+STILL_CLOCK_MHZ = 74.25
+"""Clock for stills, that of 720p at 60 frames a second."""
 
 
 def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
@@ -140,13 +142,35 @@ def _lag_lines(loaded: LoadedScene) -> int:
     return lines + (loaded.video_size[1] - loaded.scene.frame.rows + 1) // 2
 
 
+def _built_mhz(chosen: Candidate, needed: float | None) -> float:
+    """The clock that a scene is built for: the scene's own, what the rate needs, a usual one."""
+    asked = chosen.loaded.scene.build.clock_mhz
+    if asked is not None:
+        return asked
+    if chosen.camera is not None:
+        return chosen.camera.wanted_mhz
+    if needed is not None:
+        return needed
+    return min(STILL_CLOCK_MHZ, chosen.core.kept_mhz(chosen.device) or STILL_CLOCK_MHZ)
+
+
+def _clock_notes(chosen: Candidate) -> tuple[str, ...]:
+    asked, kept = chosen.loaded.scene.build.clock_mhz, chosen.core.kept_mhz(chosen.device)
+    if asked is None or asked <= kept:
+        return ()
+    return (
+        f"{asked:g} MHz is more than the {kept:g} MHz that such cores are trusted to keep on the "
+        f"{chosen.device.title}: the tool's timing report decides",
+    )
+
+
 def make_plan(loaded: LoadedScene) -> Plan:
     """Plan the smallest hardware for a scene.
 
     InputError if no slice covers anything, the core's limits are exceeded, or the device is too
     small.
     """
-    scene, device, model = loaded.scene, DEVICES[loaded.scene.build.device], loaded.model()
+    scene, device, model = loaded.scene, loaded.device, loaded.model()
     m, columns, rows = scene.camera.micro_image_size, scene.frame.columns, scene.frame.rows
     shifts, gaps = _slices_of(loaded, model)
     screen = _outputs_of(loaded, shifts, model)
@@ -155,7 +179,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
     core, mode = chosen.core, _mode_of(loaded, chosen.core)
     clock_mhz, frame_clocks = chosen.clock
     if mode is None:
-        blanking = None
+        blanking = None if scene.frame.blanking == "none" else scene.frame.blank
         latency_clocks = screen.core_latency_clocks(core, columns, rows)
         latency_lines = screen.core_delay_lines(core)
     else:
@@ -176,6 +200,11 @@ def make_plan(loaded: LoadedScene) -> Plan:
         scene=scene.name,
         path=scene.build.path,
         device=device.name,
+        grade=device.grade,
+        part=device.part,
+        chip=device,
+        built_mhz=_built_mhz(chosen, clock_mhz),
+        kept_mhz=core.kept_mhz(device),
         clock_mhz=clock_mhz,
         blanking=blanking,
         frame_clocks=frame_clocks,
@@ -208,5 +237,5 @@ def make_plan(loaded: LoadedScene) -> Plan:
         sensor=None if loaded.sensor is None else planned_sensor(loaded.sensor, device),
         camera=chosen.camera,
         edid=None if loaded.edid is None else loaded.edid.hex(),
-        notes=_notes_on(model),
+        notes=(*_notes_on(model), *_clock_notes(chosen)),
     )

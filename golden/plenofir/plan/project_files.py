@@ -20,7 +20,7 @@ from plenofir.fpga.synthesis.ecp5 import NAMES
 from plenofir.fpga.tools.synthesis import write_verilog
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish_files
-from plenofir.plan.configure import clock_mhz, configure, needed_sources, top_of
+from plenofir.plan.configure import configure, needed_sources, top_of
 from plenofir.plan.plan import Plan
 
 ToolName = Literal["vivado", "quartus", "radiant", "diamond", "gowin", "ise", "gatemate", "trellis"]
@@ -69,7 +69,8 @@ TOOLS: dict[str, Tool] = {
     "ise": Tool(
         "Xilinx ISE", ("spartan6",), False, ("ucf", "ucf", "UCF"),
         lambda device: {
-            "family": "spartan6", "device": device.name, "package": device.package, "speed": "-2",
+            "family": "spartan6", "device": device.name, "package": device.package,
+            "speed": f"-{device.grade}",
         }, "make",
     ),
     "gatemate": Tool(
@@ -79,7 +80,7 @@ TOOLS: dict[str, Tool] = {
     "trellis": Tool(
         "Yosys, nextpnr and Project Trellis", ("ecp5",), False, ("lpf", "lpf", "LPF"),
         lambda device: {"nextpnr_options": [
-            f"--{NAMES[device.name]}", "--package", device.package.upper(),
+            f"--{NAMES[device.name]}", "--package", device.package.upper(), "--speed", device.grade,
             "--lpf-allow-unconstrained",
         ]}, "make", verilog=True,
     ),
@@ -93,7 +94,7 @@ def tool_of(plan: Plan, name: str | None) -> tuple[str, Tool]:
     if name is not None and name not in TOOLS:
         choices = ", ".join(TOOLS)
         raise InputError(f"{name!r} is not a tool; choose from {choices}, ipxact", where="tool")
-    device = DEVICES[plan.device]
+    device = plan.chip
     fitting = [tool for tool, other in TOOLS.items() if device.family in other.families]
     title = FAMILIES[device.family].title
     chosen = name or fitting[0]
@@ -148,14 +149,14 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
 
     # edalize warns that the tool is not installed, which is not needed here.
     logging.getLogger("edalize").setLevel(logging.CRITICAL)
-    tool, device = TOOLS[name], DEVICES[plan.device]
+    tool, device = TOOLS[name], plan.chip
     top = PARALLEL if parallel else top_of(plan)
     with TemporaryDirectory(prefix="plenofir-") as work, TemporaryDirectory() as configured:
         folder = Path(work)
         files: list[dict[str, str]] = []
         sources = (_with_parallel_camera if parallel else configure)(plan, Path(configured))
         kind = "vhdlSource"
-        constraints = Constraints({"clk": clock_mhz(plan)}, crossings_of(sources))
+        constraints = Constraints({"clk": plan.built_mhz}, crossings_of(sources))
         if tool.verilog:
             kind = "verilogSource"
             sources = [write_verilog(sources, top, {}, Path(configured))]
@@ -200,11 +201,11 @@ def _readme(plan: Plan, tool: Tool, top: str, files: list[str], constraints: Con
             "make pnr of plenofir places the same core with Yosys and nextpnr."
         )
     return (
-        f"{plan.scene} on the {DEVICES[plan.device].title}, a project for {tool.title}.\n\n"
+        f"{plan.scene} on the {plan.chip.title}, a project for {tool.title}.\n\n"
         f"{checked}\n\n"
         f"Build: {tool.run.replace('NAME', top)}\n"
         f"Top level: {top}; {about}\n"
-        f"Clock: {clock_mhz(plan):g} MHz at the port clk.\n"
+        f"Clock: {plan.built_mhz:g} MHz at the port clk; part {plan.part}.\n"
         f"Paths between clocks, with limits of their own: {crossings}.\n\n"
         "Sources in order of analysis:\n" + "".join(f"  {name}\n" for name in files)
     )

@@ -18,8 +18,9 @@ from plenofir.fpga.core.configuration import (
 )
 from plenofir.fpga.core.engine import MAX_PARALLEL_ROWS, PixelsPerClock
 from plenofir.fpga.csi import RAW_BITS
-from plenofir.fpga.devices import DEFAULT_DEVICE, DEVICES, device_name
+from plenofir.fpga.devices import DEFAULT_DEVICE, DEVICES, Device, device_name
 from plenofir.fpga.hdmi.edid import check_edid
+from plenofir.fpga.hdmi.modes import find_source_mode
 from plenofir.fpga.names import SliceEngineName, engines_with
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.chip_light_field import StoredLightField
@@ -37,6 +38,12 @@ from plenofir.refocus.sharpening import WEIGHT_ADVICE, check_sharpen, sharpening
 from plenofir.refocus.shifts import focus_to_shift
 
 Distance = Annotated[float, Field(gt=0)]
+Blank = Annotated[int, Field(ge=0, le=4096)]
+
+
+def _as_tuple(value: Any) -> Any:
+    # TOML has lists only, and strict validation takes no list for a tuple.
+    return tuple(value) if isinstance(value, list) else value
 
 
 class _Part(BaseModel):
@@ -68,6 +75,37 @@ class SceneFrame(_Part):
     rate_hz: Annotated[float, Field(ge=0.001, allow_inf_nan=False)] | None = None
     colour: Literal["grey", "rgb"]
     bits: Annotated[int, Field(ge=1, le=16)] = 8  # width of a channel
+    # Clocks without pixels that the source sends too, in pixels a line and lines a frame: "none"
+    # for a source that waits, such as a memory; "video" for those of the video mode of this size.
+    blanking: Literal["none", "video"] | tuple[Blank, Blank] = "none"
+
+    _list_to_tuple = field_validator("blanking", mode="before")(_as_tuple)
+
+    @model_validator(mode="after")
+    def _has_its_mode(self) -> "SceneFrame":
+        if self.blanking == "none":
+            return self
+        if self.rate_hz is None:
+            raise ValueError("blanking needs rate_hz")
+        size = self.columns, self.rows, self.rate_hz
+        if self.blanking == "video" and find_source_mode(*size) is None:
+            raise ValueError(
+                f"blanking = 'video': no mode of {self.columns} x {self.rows} at {self.rate_hz:g} "
+                "Hz is known; give [pixels, lines]"
+            )
+        return self
+
+    @property
+    def blank(self) -> tuple[int, int]:
+        """Pixels of a line and lines of a frame that the source sends without content."""
+        if self.blanking == "none":
+            return 0, 0
+        if self.blanking != "video":
+            return self.blanking
+        assert self.rate_hz is not None
+        mode = find_source_mode(self.columns, self.rows, self.rate_hz)
+        assert mode is not None
+        return mode.h_total - self.columns, mode.v_total - self.rows
 
     @property
     def channels(self) -> int:
@@ -125,6 +163,10 @@ class SceneBuild(_Part):
     # in (sensor.input = "csi", or lanes), video out.
     path: Literal["core", "video", "camera"] = "core"
     device: str = DEFAULT_DEVICE  # what it must fit
+    # Speed grade as the vendor names it; None for the one whose clocks are known.
+    speed_grade: str | None = None
+    # Clock that the core is built for; None for the one that the frame rate needs.
+    clock_mhz: Annotated[float, Field(gt=0, le=1000, allow_inf_nan=False)] | None = None
     # "auto": the one that fits; of two, the one whose scarcest resource is used less.
     engine: Literal["auto", SliceEngineName] = "auto"
     # File (relative to the scene file) of an EDID that the board serves instead of its own; for the
@@ -155,6 +197,8 @@ class SceneBuild(_Part):
         rows, many = self.parallel_rows > 1, self.pixels_per_clock not in ("auto", 1)
         _refuse_first(
             (self.guard_bits > self.fraction_bits, "guard_bits must be at most fraction_bits"),
+            (video and self.clock_mhz is not None, "clock_mhz needs path = 'core'"),
+            (video and self.speed_grade is not None, "speed_grade needs path = 'core'"),
             (sharpens and stored, "sharpen needs exact sums: arithmetic = 'exact' or 'auto'"),
             (sharpens and rows, "sharpen needs parallel_rows = 1"),
             (sharpens and video, "sharpen needs path = 'core'"),
@@ -286,6 +330,10 @@ class Scene(_Part):
                 sensor is not None and sensor.input == "csi" and sensor.bits not in RAW_BITS,
                 f"sensor.input = 'csi' needs sensor.bits of {', '.join(map(str, RAW_BITS))}",
             ),
+            (
+                frame.blanking != "none" and (build.path != "core" or sensor is not None),
+                "frame.blanking needs build.path = 'core' without a sensor",
+            ),
             (lanes and sensor is not None, "lanes bring the raster; leave the sensor out"),
             (lanes and frame.colour != "grey", "lanes need frame.colour = 'grey'"),
             (
@@ -323,6 +371,20 @@ class LoadedScene(BaseModel):
     registers: tuple[Entry, ...] = ()  # of its lanes' sensor
     shown: Screen = Screen()  # its board's screen, once its slices are known
     stored: StoredLightField | None = None  # light field on its board
+
+    @property
+    def device(self) -> Device:
+        """The device with its speed grade; InputError if it has no such grade."""
+        build = self.scene.build
+        device = DEVICES[build.device]
+        if build.speed_grade is None:
+            return device
+        try:
+            return device.in_grade(build.speed_grade)
+        except ValueError as error:
+            raise InputError(
+                f"no grade {build.speed_grade!r}: {error}", where=f"{self.path}: build.speed_grade"
+            ) from None
 
     @property
     def video_size(self) -> tuple[int, int]:
@@ -403,6 +465,7 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
 def _for_device(content: dict[str, Any], device: str) -> dict[str, Any]:
     """Content of a scene for another device: with the core alone, if its boards have no input."""
     build = {**content.get("build", {}), "device": device}
+    build.pop("speed_grade", None)
     board = board_of(device_name(device))
     has_video = board is not None and _takes(board, content.get("frame", {}))
     has_camera = board is not None and board.camera is not None

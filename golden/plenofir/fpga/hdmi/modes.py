@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Video modes: sizes, blanking, polarities, pixel clocks."""
 
+from collections.abc import Iterable
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -81,6 +82,15 @@ VGA_MIDDLE = _mode("480x480p60 in 640x480p60", 25_200, "480 96 96 128", "480 10 
 MODES = (VGA, SVGA, XGA, HD720_50, HD720)
 """The modes that the EDID of a board without limits offers, smallest first."""
 
+# CEA-861, for cores that take several pixels a clock.
+_SOURCE_MODES = (
+    _mode("1920x1080p60", 148_500, "1920 88 44 148", "1080 4 5 36", True, vic=16),
+    _mode("1920x1080p50", 148_500, "1920 528 44 148", "1080 4 5 36", True, vic=31),
+    _mode("1920x1080p30", 74_250, "1920 88 44 148", "1080 4 5 36", True, vic=34),
+    _mode("3840x2160p60", 594_000, "3840 176 88 296", "2160 8 10 72", True, vic=97),
+    _mode("3840x2160p30", 297_000, "3840 176 88 296", "2160 8 10 72", True, vic=95),
+)
+
 _FIXED_MODES = (VGA, SVGA, HD720_30, XGA, HD720_50, HD720)
 _FASTEST = 74_300
 # Limit by the lanes' 500 Mb/s (`plenofir.fpga.bitstream.ecp5_limits`), below the PLL's.
@@ -117,7 +127,18 @@ def modes_of_range(clock_range: int) -> tuple[VideoMode, ...]:
 
 def find_mode(columns: int, rows: int, rate_hz: float) -> VideoMode | None:
     """Mode of `MODES`, 1280x720p30 or `VGA_MIDDLE`, of a size and a rate within 1 %."""
-    for mode in (*MODES, HD720_30, VGA_MIDDLE):
+    return _of_size((*MODES, HD720_30, VGA_MIDDLE), columns, rows, rate_hz)
+
+
+def find_source_mode(columns: int, rows: int, rate_hz: float) -> VideoMode | None:
+    """A mode that a source outside sends: those of `find_mode`, and some too fast for a board."""
+    return find_mode(columns, rows, rate_hz) or _of_size(_SOURCE_MODES, columns, rows, rate_hz)
+
+
+def _of_size(
+    modes: Iterable[VideoMode], columns: int, rows: int, rate_hz: float
+) -> VideoMode | None:
+    for mode in modes:
         if (mode.h_active, mode.v_active) == (columns, rows) and (
             abs(mode.frame_rate / rate_hz - 1) < 0.01
         ):

@@ -89,6 +89,8 @@ foreach core $chain {
 # The VDMA reads the pixels that the first core takes, or those that the monitor shows.
 cell xilinx.com:ip:axi_vdma vdma c_include_mm2s 1 c_include_s2mm 1 c_num_fstores 3 \
   c_m_axis_mm2s_tdata_width [expr {$with_camera ? $bits_out : $bits_in}] \
+  c_m_axi_mm2s_data_width [expr {$with_camera ? $memory_bits_out : $memory_bits_in}] \
+  c_m_axi_s2mm_data_width $memory_bits_out \
   c_mm2s_linebuffer_depth 2048 c_s2mm_linebuffer_depth 2048
 foreach side {s_axi_lite m_axi_mm2s m_axis_mm2s m_axi_s2mm s_axis_s2mm} {
   lappend clocks vdma/${side}_aclk

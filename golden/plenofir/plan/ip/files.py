@@ -50,6 +50,7 @@ def _readme(plan: Plan, parts: Sequence[Component], of_vivado: Mapping[str, str]
     listed = "".join(f"  {c.name}.xml: {c.title} (entity {c.entity})\n" for c in parts)
     text = (
         f"The cores of {plan.scene} as components, IP-XACT of IEEE 1685-2014.\n\n{listed}\n"
+        f"Planned for {plan.built_mhz:g} MHz on {plan.part}.\n\n"
         "Ports have fixed widths, those of the scene; the generics of the core inside are listed\n"
         "as parameters. Another size or another set of slices is another scene. Bus definitions\n"
         "are those of Vivado's catalog: axis, aximm (AXI4-Lite), clock, reset (active high),\n"

@@ -6,9 +6,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
-from plenofir.plan.configure import clock_mhz
 from plenofir.plan.ip.components import REGISTERS_BYTES, Component, registers
 from plenofir.plan.ip.ipxact import BUS_VENDOR, BUSES
 from plenofir.plan.plan import Plan
@@ -22,7 +20,7 @@ def scripts(
     plan: Plan, components: Sequence[Component], files: Mapping[str, Sequence[str]], version: str
 ) -> dict[str, str]:
     """Tcl for a scene's components by file names; `files` are the VHDL of each, in order."""
-    device = DEVICES[plan.device]
+    device = plan.chip
     if device.family != "series7":
         return {}
     names = ["package_ip.tcl"]
@@ -78,13 +76,19 @@ def _block_design(plan: Plan, components: Sequence[Component]) -> dict[str, obje
     """Clock in MHz, cores with registers in the order of the stream, its ends, camera, monitor."""
     by_name = {component.name: component for component in components}
     chain = [name for name in ("sensor_axi", "refocuser_axi") if name in by_name]
-    # The processing system's usual clock, or what the scene needs.
-    clock = max(100.0, clock_mhz(plan))
+    widths = {
+        f"bits_{side}": by_name[name].interface(stream).ports["TDATA"].bits
+        for side, name, stream in (("in", chain[0], "s_axis"), ("out", chain[-1], "m_axis"))
+    }
     return {
-        "clock_mhz": clock,
+        "clock_mhz": plan.built_mhz,
         "chain": chain,
-        "bits_in": by_name[chain[0]].interface("s_axis").ports["TDATA"].bits,
-        "bits_out": by_name[chain[-1]].interface("m_axis").ports["TDATA"].bits,
+        **widths,
+        # A VDMA's side to the memory is 32, 64, 128 ... bits wide, and no narrower than its stream.
+        **{
+            name.replace("bits", "memory_bits"): max(64, 1 << (bits - 1).bit_length())
+            for name, bits in widths.items()
+        },
         "camera": _camera(plan),
         "monitor": _monitor(plan),
     }
