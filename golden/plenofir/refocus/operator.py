@@ -68,6 +68,16 @@ def box_size(micro_image_size: int, shift: int, box: int | None) -> int:
     return size
 
 
+def least_box(micro_image_size: int, shift: int, box: int | None) -> int:
+    """The smallest box of B samples or more that a slice can have; B is M for None.
+
+    Raises `InputError` unless B is 1 to M.
+    """
+    size = box_size(micro_image_size, 1, box)
+    common = gcd(shift, micro_image_size)
+    return -(-size // common) * common
+
+
 def clamped_shift(micro_image_size: int, shift: int, shape: tuple[int, ...]) -> int:
     """A shift with the same sums whose size is bounded by the picture's.
 

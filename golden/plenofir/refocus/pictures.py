@@ -19,7 +19,8 @@ import numpy.typing as npt
 from plenofir.ground.errors import InputError
 from plenofir.refocus import checks
 from plenofir.refocus.border import Border, check_border
-from plenofir.refocus.operator import Image, clamped_shift
+from plenofir.refocus.operator import Image, clamped_shift, least_box
+from plenofir.refocus.sharpening import derived_moment
 from plenofir.refocus.slices import Slice
 from plenofir.refocus.threads import in_threads, processors
 
@@ -80,6 +81,7 @@ def best_picture(
     *,
     aperture: Aperture | None = None,
     tilt: tuple[float, float] = (0.0, 0.0),
+    box: int | None = None,
     border: Border = "normalise",
     region: checks.Region | None = None,
     threads: int | None = None,
@@ -102,6 +104,11 @@ def best_picture(
         Views that count; None for all M x M.
     tilt
         By how much a grows from the middle of the picture to its right edge, and to its bottom.
+    box
+        Samples B along a dimension that a pixel averages, from 1 to M (None), as `refocus` has it;
+        a slice whose gcd(a M, M) does not divide B takes the next larger box that it can have, so
+        that integer a keep M. The picture lies where it lies with M. Takes neither an aperture nor
+        a tilt.
     border
         As `refocus` has it. "zero" takes neither an aperture nor a tilt.
     region
@@ -133,6 +140,9 @@ def best_picture(
     check_border(border)
     normalise = border == "normalise"
     plain = aperture is None and not any(tilt)
+    least_box(m, 1, box)
+    if not plain and box not in (None, m):
+        raise InputError("smaller than M takes neither an aperture nor a tilt", where="box")
     if not (plain or normalise):
         raise InputError("'zero' takes neither an aperture nor a tilt", where="border")
     channels = raw.shape[2] if raw.ndim > 2 else 1
@@ -146,6 +156,7 @@ def best_picture(
     left, right = max(columns.start - m, 0), min(columns.stop + m, raw.shape[1])
     shift, most = _place(focus * m), float(np.iinfo(raw.dtype).max)
     picture = np.empty((len(rows), right - left, *raw.shape[2:]), raw.dtype)
+    weight = _weight(m, shift, box)
 
     def band(first: int, last: int) -> None:
         """Lines `first` to `last` - 1 of the region."""
@@ -156,9 +167,9 @@ def best_picture(
         low: npt.NDArray[Any]
         high: npt.NDArray[Any]
         if plain:
-            low = high = registered_slice(raw, m, floor(shift), part, normalise, 1)
+            low = high = registered_slice(raw, m, floor(shift), part, normalise, 1, box)
             if shift.denominator > 1:
-                high = registered_slice(raw, m, floor(shift) + 1, part, normalise, 1)
+                high = registered_slice(raw, m, floor(shift) + 1, part, normalise, 1, box)
                 share = float(shift % 1)
                 if low.dtype != high.dtype:
                     low, high = (image.astype(np.float32) for image in (low, high))
@@ -167,14 +178,24 @@ def best_picture(
         one, other = (image.reshape(image.shape[0], -1) for image in (low, high))
         out = picture[first:last].reshape(last - first, -1)
         start = rows.start + first - top
-        if share == 0 and one.dtype == np.uint8:
+        if share == 0 and one.dtype == np.uint8 and weight == WEIGHT:
             sharpened_bytes(one, *lens, start, out)
         else:
-            sharpened_lines(one, other, share, *lens, start, float(WEIGHT), most, out)
+            sharpened_lines(one, other, share, *lens, start, float(weight), most, out)
 
     if picture.size:
         _in_bands(band, picture.shape, count)
     return picture[:, columns.start - left : columns.start - left + len(columns)]
+
+
+def _weight(m: int, shift: Fraction, box: int | None) -> Fraction:
+    """The sharpening's b: `WEIGHT` for M, and less by as much as a smaller box blurs less."""
+    first = floor(shift)
+    blurs = [
+        derived_moment(m, k, 1, least_box(m, k, box)) / derived_moment(m, k, 1)
+        for k in (first, first + 1)
+    ]
+    return WEIGHT * (blurs[0] + (blurs[1] - blurs[0]) * (shift - first))
 
 
 def _place(shift: Fraction) -> Fraction:
@@ -190,23 +211,29 @@ def registered_slice(
     region: tuple[slice, slice],
     normalise: bool = True,
     threads: int | None = None,
+    box: int | None = None,
 ) -> npt.NDArray[Any]:
-    """A region of a picture, not sharpened, at a whole shift, and at the exact place for every M.
+    """A region of a picture, not sharpened, at a whole shift, at the exact place for every M and B.
 
     For even M the operator rounds offsets down (`plenofir.refocus.operator.output_offset`), so that
     its pictures lie half a pixel right and below for even shifts, and a whole one for odd shifts.
+    Where M - B is odd, they lie a pixel left and above that, half of it by either moving sum.
     Linear interpolation has its knots at whole pixels, so the mean of four pixels is exact between
-    them. Result: type of `raw`, or 32 bit floats for such means. The last line and column of the
-    picture, which the operator has no pixels beyond, stay where they are.
+    them. Result: type of `raw`, or 32 bit floats for such means. Lines and columns at the edge of
+    the picture, which the operator has no pixels beyond, stay where they are. `box`: see
+    `plenofir.refocus.operator.least_box`.
     """
     from plenofir.refocus.compiled import compiled_refocus
     from plenofir.refocus.compiled.picture_lines import means_of_four
 
     beyond = 0 if m % 2 else 1
-    first = [part.start + beyond * (shift % 2) for part in region]
-    last = [part.stop + beyond for part in region]
+    size = least_box(m, shift, box)
+    back = (m - size) % 2
+    first = [part.start + beyond * (shift % 2) - back for part in region]
+    last = [part.stop + beyond - back for part in region]
     rows, columns = (
-        range(min(a, n - 1), min(b, n)) for a, b, n in zip(first, last, raw.shape, strict=False)
+        range(min(max(a, 0), n - 1), max(1, min(b, n)))
+        for a, b, n in zip(first, last, raw.shape, strict=False)
     )
     slice_ = Slice(
         raw.shape,
@@ -216,12 +243,13 @@ def registered_slice(
         (rows, columns),
         order=1,
         normalise=normalise,
+        box_samples=size,
     )
     image = compiled_refocus(raw, slice_, threads=threads)
-    lacking = [b - a - n for a, b, n in zip(first, last, image.shape, strict=False)]
-    if any(lacking):
-        ends = [(0, n) for n in lacking]
-        image = np.pad(image, [*ends, *[(0, 0)] * (raw.ndim - 2)], mode="edge")
+    for axis, part in enumerate((rows, columns)):
+        if (first[axis], last[axis]) != (part.start, part.stop):
+            there = np.arange(first[axis], last[axis]).clip(part.start, part.stop - 1)
+            image = image.take(there - part.start, axis)
     if not beyond or shift % 2:
         return image
     means = np.empty((image.shape[0] - 1, image.shape[1] - 1, *raw.shape[2:]), np.float32)

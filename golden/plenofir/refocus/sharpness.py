@@ -69,10 +69,16 @@ class DepthIndex:
     index: npt.NDArray[np.uint8]
     # All-in-focus picture: each micro image from its slice; type and size of the slices.
     image: Image
+    # Whether the sharpest slice is that much sharper than the least sharp one, shape (t, s).
+    textured: npt.NDArray[np.bool_]
     # Depth between slices: position between the middles of the two neighbouring intervals, in
     # 256ths, and confidence, 0 if unknown; shape (t, s), see `between_slices`.
     fraction: npt.NDArray[np.uint8] | None = None
     confidence: npt.NDArray[np.uint8] | None = None
+
+    def sharp_in(self, number: int) -> npt.NDArray[np.bool_]:
+        """Micro images with texture that are sharpest in slice `number`, shape (t, s)."""
+        return np.asarray(self.textured & (self.index == number))
 
     def focus(self, shifts: Sequence[int], micro_image_size: int) -> npt.NDArray[np.float64]:
         """Focus setting a of each micro image, of slices a' = `shifts`; shape (t, s)."""
@@ -244,6 +250,7 @@ def depth_index(
     confidence: int = 0,
     vote_radius: int = 0,
     shifts: Sequence[int] = (),
+    sharp: Slices | None = None,
 ) -> DepthIndex:
     """Find the slice in which each micro image is sharpest, and compose the picture in focus.
 
@@ -253,6 +260,9 @@ def depth_index(
     `vote_radius` is 0. With `shifts`, a' of each slice in ascending or descending order, sharpness
     is weighted (`slice_weight`) and depth between slices is found too (`between_slices`); it is
     unknown for micro images that took their neighbours' slice.
+
+    `sharp`: the same slices with smaller boxes (`plenofir.refocus.by_place`); the picture takes
+    micro images with texture from these, and those without from `stack`.
     """
     if not 1 <= len(stack) <= MAX_STACK:
         raise InputError(f"{len(stack)} slices are not possible; use 1 to {MAX_STACK}")
@@ -284,22 +294,26 @@ def depth_index(
         shape, kind = image.shape, image.dtype
         del image
     assert peaks is not None, "one slice at least"
-    best, textured = peaks.index, np.ones(peaks.index.shape, bool)
+    best, textured = peaks.index, peaks.most - peaks.least >= confidence
     if vote_radius:
-        textured = peaks.most - peaks.least >= confidence
         best = vote(best, textured, len(stack), vote_radius)
     fraction = certainty = None
     if shifts:
-        peak = peaks.before, peaks.most, peaks.after
-        fraction, certainty = between_slices(peaks.index, peak, textured, shifts, confidence)
+        peak, sure = (peaks.before, peaks.most, peaks.after), textured | (vote_radius == 0)
+        fraction, certainty = between_slices(peaks.index, peak, sure, shifts, confidence)
     picture = np.empty(shape, kind)
     columns = np.arange(shape[1]) // micro_image_size
-    for part, slices in bands(stack, shape[0]):
-        of_pixels = best[np.ix_(np.arange(part.start, part.stop) // micro_image_size, columns)]
-        for number, image in enumerate(slices):
-            here = of_pixels == number
-            picture[part][here] = image[here]
-    return DepthIndex(best, picture, fraction, certainty)
+    # Numbers of slices in the micro images that a stack gives; none has this one.
+    for source, from_it in ((stack, np.ones_like(textured)), (sharp, textured)):
+        of_lenses = np.where(from_it, best, -1)
+        for part, slices in bands(source, shape[0]) if source is not None else ():
+            of_pixels = of_lenses[
+                np.ix_(np.arange(part.start, part.stop) // micro_image_size, columns)
+            ]
+            for number, image in enumerate(slices):
+                here = of_pixels == number
+                picture[part][here] = image[here]
+    return DepthIndex(best, picture, textured, fraction, certainty)
 
 
 def depth_index_picture(index: npt.NDArray[np.uint8], slices: int) -> npt.NDArray[np.uint8]:

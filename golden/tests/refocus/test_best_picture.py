@@ -10,6 +10,7 @@ import pytest
 from plenofir.ground.errors import InputError
 from plenofir.refocus import Aperture, best_picture, refocus
 from plenofir.refocus.pictures import WEIGHT
+from plenofir.refocus.sharpening import derived_moment
 from plenofir_studies import sharpening as study
 
 ALL = Aperture(3.0)
@@ -62,18 +63,22 @@ def spot(m: int, d: float, at: tuple[float, float]) -> npt.NDArray[np.uint16]:
 
 
 @pytest.mark.parametrize("m", [4, 5, 6, 8])
-@pytest.mark.parametrize("aperture", [None, ALL])
-def test_planes_of_a_stack_lie_over_each_other(m: int, aperture: Aperture | None) -> None:
+@pytest.mark.parametrize(("aperture", "box"), [(None, None), (None, 2), (None, 3), (ALL, None)])
+def test_planes_of_a_stack_lie_over_each_other(
+    m: int, aperture: Aperture | None, box: int | None
+) -> None:
     at = 14.2 * m, 15.6 * m
     raw = spot(m, 0.3, at)
     k = np.arange(30 * m)
     for shift in (-2, -1, 0, 3, 0.5) if aperture is None else (-1, 2):
-        got = best_picture(raw, m, shift / m, aperture=aperture).astype(float)
+        got = best_picture(raw, m, shift / m, aperture=aperture, box=box).astype(float)
         middle = (got.sum(1) * k).sum() / got.sum(), (got.sum(0) * k).sum() / got.sum()
         assert middle == pytest.approx(at, abs=0.05), shift
 
 
-def limited(picture: npt.NDArray[np.float64], m: int) -> npt.NDArray[np.float64]:
+def limited(
+    picture: npt.NDArray[np.float64], m: int, b: float = float(WEIGHT)
+) -> npt.NDArray[np.float64]:
     """The sharpening as its equation has it."""
     for axis in (0, 1):
         own = np.arange(picture.shape[axis])
@@ -92,7 +97,7 @@ def limited(picture: npt.NDArray[np.float64], m: int) -> npt.NDArray[np.float64]
         low = np.minimum.reduce([small, near, next_]) - picture
         high = np.maximum(high, 2 * (picture - large))
         low = np.minimum(low, 2 * (picture - small))
-        more = np.clip(float(WEIGHT) * (2 * picture - before - after), low, high)
+        more = np.clip(b * (2 * picture - before - after), low, high)
         picture = picture + np.where(inside, more, 0)
     return picture
 
@@ -115,6 +120,19 @@ def test_is_the_mixture_sharpened_up_to_its_neighbours(
         assert got.dtype == dtype
         # 8 bits are computed in 32nds of a grey level.
         assert abs(got - want).max() < 0.6
+        # Of 3 instead of 5 samples, but for a = 1.
+        sizes = [5 if n % 5 == 0 else 3 for n in (first, first + 1)]
+        low, high = (
+            refocus(raw, 5, Fraction(n, 5), interpolation=1, border="normalise", box=box)
+            for n, box in zip((first, first + 1), sizes, strict=True)
+        )
+        b = [
+            float(WEIGHT) * (derived_moment(5, n, 1, box) / derived_moment(5, n, 1))
+            for n, box in zip((first, first + 1), sizes, strict=True)
+        ]
+        want = limited(low + share * (high.astype(float) - low), 5, b[0] + share * (b[1] - b[0]))
+        small = best_picture(raw, 5, a, box=3)
+        assert abs(small - want.clip(0, np.iinfo(dtype).max)).max() < 0.6
         part = slice(1, None), slice(2, 30)
         assert (best_picture(raw, 5, a, region=part, threads=1) == got[part]).all()
 
@@ -170,3 +188,7 @@ def test_refuses_what_is_no_focus_aperture_or_tilt() -> None:
     with pytest.raises(InputError, match="aperture"):
         best_picture(raw, 5, 0, aperture=ALL, border="zero")
     assert best_picture(raw, 5, 1e30, aperture=ALL).shape == raw.shape
+    with pytest.raises(InputError, match=r"^box: must be 5 samples or fewer"):
+        best_picture(raw, 5, 0, box=6)
+    with pytest.raises(InputError, match=r"^box: smaller than M takes neither an aperture"):
+        best_picture(raw, 5, 0, box=3, tilt=(0.5, 0))

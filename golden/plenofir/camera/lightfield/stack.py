@@ -24,7 +24,7 @@ from plenofir.refocus import (
     refocus,
 )
 from plenofir.refocus.border import check_border
-from plenofir.refocus.operator import Image
+from plenofir.refocus.operator import Image, least_box
 from plenofir.refocus.pictures import registered_slice
 from plenofir.refocus.sharpness import Slices
 
@@ -57,6 +57,7 @@ class FocalStack:
     """Focal stack whose slices are made when they are needed, and not kept.
 
     `settings`, `border`, `interpolation`, `sharpen`: as `plenofir.refocus.refocus` takes them.
+    `box`: B samples, or in a slice that cannot have B the next larger box that it can have.
     Raises `InputError` if the raw image or a setting cannot be used, or there is none.
     """
 
@@ -70,6 +71,7 @@ class FocalStack:
         border: Border = "zero",
         interpolation: Interpolation = "nearest",
         sharpen: Sharpen = "off",
+        box: int | None = None,
     ) -> None:
         check_border(border)
         self.border: Border = border
@@ -80,8 +82,10 @@ class FocalStack:
         self.progress = progress
         if not self.settings:
             raise InputError("no focus settings were given; give one or more")
-        for a in self.settings:
-            focus_to_shift(a, micro_image_size)
+        self.boxes = [
+            least_box(micro_image_size, focus_to_shift(a, micro_image_size), box)
+            for a in self.settings
+        ]
 
     def __len__(self) -> int:
         """Number of slices."""
@@ -95,7 +99,7 @@ class FocalStack:
         """Lines `first` to `last` - 1 of each slice, shape (last - first, columns[, 3])."""
         part = slice(first, last), slice(None)
         rows, slices = self.raw.shape[0], len(self)
-        for number, a in enumerate(self.settings, 1):
+        for number, (a, box) in enumerate(zip(self.settings, self.boxes, strict=True), 1):
             yield refocus(
                 self.raw,
                 self.micro_image_size,
@@ -103,6 +107,7 @@ class FocalStack:
                 border=self.border,
                 interpolation=self.interpolation,
                 sharpen=self.sharpen,
+                box=box,
                 region=part,
             )
             if self.progress is not None:
