@@ -49,7 +49,8 @@ def set_properties(found: list[list[str]]) -> dict[str, str]:
 def test_a_project_sets_each_option(parallel: bool, tmp_path: Path) -> None:
     plan = make_plan(load_scene("grey-microscope", "xc6slx45"))
     write_project(plan, "ise", tmp_path, parallel=parallel)
-    found = calls(tmp_path / f"{'parallel' if parallel else 'scene'}_top.tcl")
+    top = "parallel_top" if parallel else "scene_pins"
+    found = calls(tmp_path / f"{top}.tcl")
     properties = set_properties(found)
     assert properties == ise_project.project_properties()
     assert loop_limit(properties["Other XST Command Line Options"]) == 131072

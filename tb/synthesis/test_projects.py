@@ -3,6 +3,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -15,7 +16,8 @@ from plenofir.fpga.tools.synthesis import run_yosys
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
-from plenofir.plan.project_files import PARALLEL, TOOLS, tool_of, write_project
+from plenofir.plan.core_alone import PINS_TOP, core_ports, pins_of
+from plenofir.plan.project_files import PARALLEL, TOOLS, pins_note, tool_of, write_project
 
 DEVICES = {
     "vivado": "xc7z020",
@@ -27,8 +29,69 @@ DEVICES = {
     "gatemate": "ccgm1a1",
     "trellis": "lfe5u-12f",
 }
+STUBS = Path(__file__).with_name("project_stubs.tcl")
+STUBBED = ("vivado", "quartus", "radiant", "diamond", "gowin")
 IN_VHDL = [name for name, tool in TOOLS.items() if not tool.verilog]
 IN_VERILOG = [name for name, tool in TOOLS.items() if tool.verilog]
+
+
+def run_scripts(tool: str, *scripts: Path) -> list[list[str]]:
+    """Commands of a project's scripts to a tool."""
+    tclsh = shutil.which("tclsh")
+    if tclsh is None:
+        pytest.skip("tclsh is not installed (scripts/setup.sh tests)")
+    done = subprocess.run(
+        [tclsh, str(STUBS), tool, *map(str, scripts)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return [line.split("\t")[1:] for line in done.stdout.splitlines() if line.startswith("CALL")]
+
+
+def check_scripts(name: str, folder: Path, top: str) -> None:
+    """The scripts that the project's Makefile or README runs, in their order."""
+    endings = {"vivado": ("", "_synth", "_netlist"), "quartus": ("",), "gowin": ()}
+    scripts = [folder / f"{top}{ending}.tcl" for ending in endings.get(name, ("", "_run"))]
+    found = run_scripts(name, *(scripts or [folder / "edalize_gowin_template.tcl"]))
+    words = [" ".join(call) for call in found]
+    assert any(top in line for line in words)
+    if name == "vivado":
+        assert any("MORE OPTIONS" in line and "-mode out_of_context" in line for line in words)
+        makefile = (folder / "Makefile").read_text()
+        assert re.search(r"^all: synth$", makefile, re.M)
+    if name == "quartus":
+        virtual = {call[-1] for call in found if call[0] == "set_instance_assignment"}
+        plan = make_plan(load_scene("grey-microscope", DEVICES[name]))
+        assert len(virtual) == pins_of(plan) - 1
+        assert "clk" not in virtual
+
+
+@pytest.mark.parametrize(
+    ("tool", "line", "message"),
+    [
+        ("vivado", "set_property STEPS.SYNTH.MORE x [get_runs synth_1]", "no property"),
+        ("vivado", "read_vhdl missing.vhd", "no file missing.vhd"),
+        ("quartus", "set_global_assignment -name VERILOG_TOP x", "no assignment VERILOG_TOP"),
+        ("radiant", "prj_project new", "invalid command"),
+        ("diamond", "prj_project make", "no command make"),
+        ("gowin", "set_option -top scene_top", "no option -top"),
+    ],
+)
+def test_the_stubs_refuse(tool: str, line: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "script.tcl").write_text(f"{line}\n")
+    with pytest.raises(AssertionError, match=message):
+        run_scripts(tool, tmp_path / "script.tcl")
+
+
+def test_ports_beyond_the_package_are_noticed(tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    file.write_text(STACK.replace("OUTPUT", "slices"))
+    plan = make_plan(load_scene(file))
+    assert pins_of(plan) == sum(max(bits, 1) for _, _, bits in core_ports(plan))
+    note = pins_note(plan)
+    assert note.startswith(f"the core has {pins_of(plan)} ports, the clg400 package of the XC7Z020")
+    write_project(plan, "vivado", tmp_path / "out")
+    assert note in (tmp_path / "out" / "README").read_text()
+    assert pins_note(make_plan(load_scene("grey-microscope", "xc7z020"))) == ""
 
 
 @pytest.mark.parametrize(
@@ -37,7 +100,8 @@ IN_VERILOG = [name for name, tool in TOOLS.items() if tool.verilog]
 def test_a_project_analyses(name: str, parallel: bool, tmp_path: Path) -> None:
     plan = make_plan(load_scene("grey-microscope", DEVICES[name]))
     assert tool_of(plan, name)[0] == name
-    folder, top = tmp_path / "project", PARALLEL if parallel else "scene_top"
+    folder = tmp_path / "project"
+    top = PARALLEL if parallel else PINS_TOP if TOOLS[name].alone == "pins" else "scene_top"
     files = write_project(plan, name, folder, parallel=parallel)
     assert all((folder / file).is_file() for file in files)
     # The order in the tool's own project file.
@@ -57,9 +121,22 @@ def test_a_project_analyses(name: str, parallel: bool, tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     ending = TOOLS[name].constraints[0]
+    # The ports of the wrapper and of the scene fit.
+    if top == PINS_TOP:
+        done = subprocess.run(
+            ["ghdl", "--elab-run", "--std=93", f"--workdir={tmp_path}", top, "--no-run"],
+            cwd=folder,
+            env={**os.environ, **simulator.environment},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+    if name in STUBBED:
+        check_scripts(name, folder, top)
     constraint = (folder / f"{top}.{ending}").read_text()
     assert "clk" in constraint
-    assert re.search(r"\bclk\s*: in\b", (folder / f"{top}.vhd").read_text())
+    assert re.search(r"\bclk +: in\b", (folder / f"{top}.vhd").read_text())
     # The reset of the camera's top comes from no clock.
     assert ("crossing_reset" in constraint) == parallel
     assert f"{top}.{ending}" in project
@@ -144,14 +221,15 @@ def test_a_project_in_verilog(name: str, tmp_path: Path) -> None:
     plan = make_plan(load_scene("thesis-m3", DEVICES[name]))
     write_project(plan, name, tmp_path)
     text = "".join(p.read_text() for p in tmp_path.iterdir() if p.suffix in (".tcl", ".ys", ""))
-    assert "scene_top.v" in text
-    assert f"scene_top.{TOOLS[name].constraints[0]}" in text
+    assert "scene_pins.v" in text
+    assert f"scene_pins.{TOOLS[name].constraints[0]}" in text
     assert ("--12k" if name == "trellis" else "-A 1") in text
     run_yosys(
         [
-            "read_verilog scene_top.v",
-            "hierarchy -check -top scene_top",
-            "select -assert-count 1 scene_top/i:clk",
+            "read_verilog scene_pins.v",
+            "hierarchy -check -top scene_pins",
+            "select -assert-count 1 scene_pins/i:clk",
+            "select -assert-count 3 scene_pins/x:*",
         ],
         tmp_path / "read.log",
     )

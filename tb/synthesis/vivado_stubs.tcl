@@ -103,6 +103,9 @@ proc set_property {args} {
     foreach {key value} [lindex $args 1] { say set_property $key $value [lindex $args 2] }
   } else {
     if {[llength $args] != 3} { error "set_property takes a name, a value and an object: $args" }
+    if {[lindex $args 0] eq "supported_families" && [llength [lindex $args 1]] % 2} {
+      error "supported_families are pairs of family and life cycle"
+    }
     say set_property {*}$args
   }
 }

@@ -350,7 +350,7 @@ def project(
     """Write a scene's core as a project for a vendor's tool, or as components (IP-XACT)."""
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.ip.files import write_components
-    from plenofir.plan.project_files import PARALLEL, tool_of, write_project
+    from plenofir.plan.project_files import PARALLEL, pins_note, tool_of, write_project
 
     if tool == "ipxact" and top == PARALLEL:
         where = options.typed("top")
@@ -365,6 +365,8 @@ def project(
         files = write_project(planned, name, Path(out), parallel=top == PARALLEL)
     print_line("project", f"{planned.scene} on the {planned.device.upper()}, for {title}")
     print_line("files", f"{out}/: {', '.join(files)}")
+    if tool != "ipxact" and top != PARALLEL and (text := pins_note(planned)):
+        print_line("note", text)
     print_line("note", "never built by a vendor's tool; the README says what was checked")
 
 

@@ -60,6 +60,7 @@ class Device:
     name: str  # as users type it, without package and speed grade
     total: Usage = field(default_factory=Usage)  # its resources
     package: str = ""  # the usual one
+    pins: int = 0  # of the package that a design can use; 0 if not known
     family: Family = "spartan6"
     # As the vendor's tool names it, package included, with `{}` for the speed grade.
     part_pattern: str = ""
@@ -185,6 +186,15 @@ _CLOCKS: dict[Family, tuple[tuple[int, float], ...]] = {
 }
 # 28 nm, so at least as fast as ECP5 (40 nm).
 _ASSUMED: tuple[Family, ...] = ("series7", "cyclonev")
+# Inputs and outputs of the usual package, by the same documents (Zynq: of its logic; Cyclone V: the
+# product table). Missing are those that were not found.
+_PINS = {
+    **{"xc6slx9": 200, "xc6slx16": 232, "xc6slx25": 266, "xc6slx45": 218, "xc6slx75": 280},
+    **{"xc6slx100": 326, "xc6slx150": 338, "xc7z010": 100, "xc7z020": 125, "xc7a35t": 210},
+    **{"xc7k70t": 300, "xc7a100t": 210, "xc7a200t": 285, "5ceba4": 224, "5cseba6": 145},
+    **{"lfe5u-12f": 197, "lfe5u-25f": 197, "lfe5u-45f": 203, "lfe5u-85f": 205, "gw2ar-18": 66},
+    **{"ccgm1a1": 162},
+}
 # By the beginning of a device's name, from slow to fast.
 _GRADES: dict[str, tuple[str, ...]] = {
     "xc6slx": ("2", "3"),
@@ -215,6 +225,7 @@ def _device(family: Family, row: _Row) -> Device:
         name,
         Usage(lut, flip_flops, blocks, dsp=dsp),
         package,
+        _PINS.get(name, 0),
         family,
         f"{before}{{}}{after}",
         grade,

@@ -20,8 +20,17 @@ from plenofir.fpga.synthesis.ecp5 import NAMES
 from plenofir.fpga.tools.synthesis import write_verilog
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish_files
-from plenofir.plan.configure import configure, needed_sources, top_of
+from plenofir.plan.configure import configure, needed_sources
+from plenofir.plan.core_alone import (
+    OUT_OF_CONTEXT,
+    PINS_TOP,
+    Way,
+    pins_of,
+    pins_text,
+    virtual_pins,
+)
 from plenofir.plan.plan import Plan
+from plenofir.plan.scene_top import TOP
 
 ToolName = Literal["vivado", "quartus", "radiant", "diamond", "gowin", "ise", "gatemate", "trellis"]
 
@@ -42,17 +51,19 @@ class Tool:
     constraints: tuple[str, Language, str]
     options: Callable[[Device], dict[str, Any]]
     run: str  # command that builds it, for the readme
+    alone: Way = "pins"  # how it builds a core alone
     verilog: bool = False  # does not accept VHDL: GHDL converts it to Verilog
 
 
 TOOLS: dict[str, Tool] = {
     "vivado": Tool(
         "AMD Vivado", ("series7",), True, ("xdc", "xdc", "xdc"),
-        lambda device: {"part": device.part}, "make",
+        lambda device: {"part": device.part}, "make", "context",
     ),
     "quartus": Tool(
         "Intel Quartus Prime", ("cyclonev",), False, ("sdc", "quartus-sdc", "SDC"),
         lambda device: {"family": FAMILIES[device.family].title, "device": device.part}, "make",
+        "virtual",
     ),
     "radiant": Tool(
         "Lattice Radiant", ("nexus",), False, ("pdc", "radiant-pdc", "PDC"),
@@ -150,11 +161,14 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
     # edalize warns that the tool is not installed, which is not needed here.
     logging.getLogger("edalize").setLevel(logging.CRITICAL)
     tool, device = TOOLS[name], plan.chip
-    top = PARALLEL if parallel else top_of(plan)
+    top = PARALLEL if parallel else PINS_TOP if tool.alone == "pins" else TOP
     with TemporaryDirectory(prefix="plenofir-") as work, TemporaryDirectory() as configured:
         folder = Path(work)
         files: list[dict[str, str]] = []
         sources = (_with_parallel_camera if parallel else configure)(plan, Path(configured))
+        if top == PINS_TOP:
+            sources = [*sources, Path(configured) / f"{PINS_TOP}.vhd"]
+            sources[-1].write_text(pins_text(plan))
         kind = "vhdlSource"
         constraints = Constraints({"clk": plan.built_mhz}, crossings_of(sources))
         if tool.verilog:
@@ -166,13 +180,17 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
         ending, language, kind = tool.constraints
         (folder / f"{top}.{ending}").write_text(constraints.text(language))
         files.append({"name": f"{top}.{ending}", "file_type": kind})
-        if name == "ise":
-            (folder / "xst_options.tcl").write_text(project_tcl())
-            files.append({"name": "xst_options.tcl", "file_type": "tclSource"})
+        for script, text in _scripts(plan, name, top).items():
+            (folder / script).write_text(text)
+            files.append({"name": script, "file_type": "tclSource"})
         edam: dict[str, Any] = {"name": top, "toplevel": top, "files": files}
         if tool.flow:
             flow = {"gowin": Gowin, "vivado": Vivado}[name]
-            flow({**edam, "flow_options": tool.options(device)}, work).configure()
+            made = flow({**edam, "flow_options": tool.options(device)}, work)
+            if tool.alone == "context" and top == TOP:
+                # Out of context there is no bitstream to make.
+                made.commands.set_default_target("synth")
+            made.configure()
         else:
             edam["tool_options"] = {name: tool.options(device)}
             get_edatool(name)(edam, work).configure()
@@ -183,14 +201,48 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
         return sorted(p.name for p in folder.iterdir() if p.suffix not in sources_end)
 
 
+def _scripts(plan: Plan, name: str, top: str) -> dict[str, str]:
+    """Tcl that a tool's project reads besides its sources: file name to text."""
+    scripts = {"xst_options.tcl": project_tcl()} if name == "ise" else {}
+    if top == TOP and TOOLS[name].alone == "context":
+        scripts["out_of_context.tcl"] = OUT_OF_CONTEXT
+    if top == TOP and TOOLS[name].alone == "virtual":
+        scripts["virtual_pins.tcl"] = virtual_pins(plan)
+    return scripts
+
+
+def pins_note(plan: Plan) -> str:
+    """A warning if a core alone has more ports than the usual package has pins; else empty."""
+    needed, there = pins_of(plan), plan.chip.pins
+    if not there or needed <= there:
+        return ""
+    return (
+        f"the core has {needed} ports, the {plan.chip.package} package of the {plan.chip.title} "
+        f"{there} pins: it is for the inside of a design"
+    )
+
+
+_ALONE: dict[Way, str] = {
+    "context": "synthesised out of context: make ends with its netlist,\nfor a "
+    "design that instantiates it. There is no bitstream.",
+    "virtual": "its streams are virtual pins, so that it is\nplaced and timed as a part of a "
+    "design. Take virtual_pins.tcl away where ports get pins.",
+    "pins": f"{TOP} is the core, and {PINS_TOP} is a\nwrapper that shifts its inputs in and "
+    "combines its outputs, so that three pins are enough\nto place and time it. Instantiate "
+    f"{TOP} in your own design in its place.",
+}
+
+
 def _readme(plan: Plan, tool: Tool, top: str, files: list[str], constraints: Constraints) -> str:
     crossings = ", ".join(map(str, constraints.crossings)) or "none; there is one clock"
-    about = (
-        "its streams are ports. Join them to your design, or give them\n"
-        "pins: without pins it is placed and timed, but some tools write no bitstream."
-    )
+    about = _ALONE[tool.alone]
+    if note := pins_note(plan):
+        about += f"\nNote: {note}."
     if top == PARALLEL:
-        about = "a whole design but for its pins: give its ports those of the board."
+        about = (
+            "a whole design but for its pins: give its ports\nthose of the board before you "
+            "build it; without them some tools write no bitstream."
+        )
     checked = (
         "It was written without that tool, and never built by it. Checked: the sources analyse in\n"
         "this order as VHDL-93; the constraints name a port of the top level and registers."

@@ -2,6 +2,8 @@
 """Constraints in each tool's language, and their names against the netlists."""
 
 import re
+import shutil
+import subprocess
 from collections.abc import Iterable
 from pathlib import Path
 from typing import get_args
@@ -18,6 +20,7 @@ from plenofir.fpga.constraints import (
     crossings_of,
     described_crossings,
 )
+from plenofir.ground import project
 from plenofir.plan.configure import needed_sources
 
 WHOLE = Constraints(
@@ -168,6 +171,25 @@ def covering(crossings: Iterable[Crossing], source: str, to: str) -> list[Crossi
     return [c for c in crossings if c.to in to and (c.source is None or c.source in source)]
 
 
+TCL: tuple[Language, ...] = ("xdc", "quartus-sdc", "gowin-sdc", "radiant-pdc")
+STUBS = project.root() / "tb" / "synthesis" / "constraint_stubs.tcl"
+
+
+def run_constraints(
+    language: Language, text: str, objects: Iterable[tuple[str, str]], folder: Path
+) -> list[str]:
+    """Commands of constraints, run by stubs that know the names of a design's objects."""
+    tclsh = shutil.which("tclsh")
+    if tclsh is None:
+        pytest.skip("tclsh is not installed (scripts/setup.sh tests)")
+    (folder / "constraints.tcl").write_text(text)
+    (folder / "objects.txt").write_text("".join(f"{kind} {name}\n" for kind, name in objects))
+    command = [tclsh, str(STUBS), language, "constraints.tcl", "objects.txt"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{language}: {done.stderr}"
+    return re.findall(r"^CALL\t(\w+)$", done.stdout, re.M)
+
+
 @pytest.mark.parametrize("top", TOPS)
 def test_constraints_cover_each_path_between_clocks_once(top: str, tmp_path: Path) -> None:
     """And no path within a clock; the registers are flip-flops with all attributes."""
@@ -180,6 +202,13 @@ def test_constraints_cover_each_path_between_clocks_once(top: str, tmp_path: Pat
         (crossing,) = covering(crossings, source, to)
         counted[crossing.to].add(to)
     assert {name: len(registers) for name, registers in counted.items()} == ends
+    # Each tool finds a register for each pattern, by the names that Yosys keeps; a memory and a
+    # register that a generic leaves out are the exceptions that the languages must allow.
+    objects = [("port", "clk"), *(("register", name) for _, name in netlist.registers)]
+    there = [c for c in crossings if ends.get(c.to)]
+    for language in TCL:
+        text = Constraints({"clk": 100}, tuple(there)).text(language)
+        assert len(run_constraints(language, text, objects, tmp_path)) == len(text.splitlines())
     for register in netlist.registers:
         clock, name = register
         for crossing in crossings:
@@ -237,6 +266,22 @@ def test_a_reset_crosses_by_its_pins(tmp_path: Path) -> None:
     assert [c.to for c in crossings_of(sources)] == ["crossing_reset"]
     (bridge,) = (name for _, name in netlist.registers if "crossing_reset" in name)
     assert netlist.attributes[bridge]["shreg_extract"] == "no"
+
+
+@pytest.mark.parametrize(
+    ("language", "line", "message"),
+    [
+        ("xdc", "set_false_path -to [get_registers *there*]", "invalid command"),
+        ("quartus-sdc", "set_bus_skew -to [get_registers *there*] 1", "invalid command"),
+        ("gowin-sdc", "set_false_path -to [get_regs {*missing*}]", "no register matches"),
+        ("radiant-pdc", "create_clock -name clk -period 5 [get_ports clock]", "no port matches"),
+        ("xdc", "set_max_delay -datapath -to [get_ports clk] 5", "no option -datapath"),
+    ],
+)
+def test_the_stubs_refuse(language: Language, line: str, message: str, tmp_path: Path) -> None:
+    objects = [("port", "clk"), ("register", "there")]
+    with pytest.raises(AssertionError, match=message):
+        run_constraints(language, f"{line}\n", objects, tmp_path)
 
 
 def test_names_are_told_apart() -> None:

@@ -54,6 +54,12 @@ foreach {name component} $components {
   set_property version $version $core
   set_property display_name [dict get $component title] $core
   set_property description [dict get $component title] $core
+  # Plain VHDL: it fits every family that Vivado builds for.
+  set_property supported_families {
+    zynq Production artix7 Production kintex7 Production spartan7 Production virtex7 Production
+    kintexu Production virtexu Production kintexuplus Production virtexuplus Production
+    zynquplus Production artixuplus Production
+  } $core
 
   # Vivado guesses interfaces from the names of ports; the scene's own replace them.
   foreach guessed [ipx::get_bus_interfaces -of_objects $core] {

@@ -103,7 +103,9 @@ def test_what_cannot_be_told_apart_is_refused() -> None:
     flat = scene((2.4,), noise=0.01, lenses=(20, 24))
     calibration = calibrate(flat.capture.white)
     capture = capture_of(calibration, flat, LensTypes(pattern=(0,), sharpest=(0.3,)))
-    with pytest.raises(InputError, match=r"cannot be told apart: .* take a picture of fine texture"):
+    with pytest.raises(
+        InputError, match=r"cannot be told apart: .* take a picture of fine texture"
+    ):
         types_by_sharpness(capture, None, 3, "capture")
     grey_field = np.full_like(flat.capture.white, 20000)
     with pytest.raises(InputError, match="gaps between its micro images do not show"):
