@@ -11,8 +11,9 @@ import os
 import sys
 import threading
 import time
+from collections.abc import Callable, Hashable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -21,8 +22,10 @@ from plenofir.refocus.operator import Image
 from plenofir.refocus.plain import plain_refocus
 from plenofir.refocus.slices import Slice
 
+Result = TypeVar("Result")
+
 patient = False
-"""Whether `refocus` waits for compiled code: for benchmarks, and where many pictures follow."""
+"""Whether pictures wait for compiled code: for benchmarks, and where many pictures follow."""
 
 # Loading kept code takes less; a disk that takes longer is no reason to wait.
 _LOADING_SECONDS = 1.5
@@ -33,22 +36,11 @@ _ANSWER_SECONDS = 60
 _SWITCH_SECONDS = 2e-5
 
 
-class Kind(NamedTuple):
-    """What the compiled code depends on."""
-
-    pixel_bytes: int
-    channels: tuple[int, ...]
-    micro_image_size: int
-    box: int
-    order: int
-    units: int
-
-
 class _Job:
     """Loads the code of one kind of picture, or compiles it."""
 
-    def __init__(self, kind: Kind) -> None:
-        self._kind, self._deadline = kind, time.monotonic() + _LOADING_SECONDS
+    def __init__(self, load: Callable[[], object]) -> None:
+        self._load, self._deadline = load, time.monotonic() + _LOADING_SECONDS
         # Code is missing on disk, or all is loaded.
         self._decided = threading.Event()
         self.compiles = False
@@ -59,24 +51,7 @@ class _Job:
         before = sys.getswitchinterval()
         _of_thread.job = self
         try:
-            from plenofir.refocus import compiled
-
-            kind = self._kind
-            raw = np.zeros((1, 1, *kind.channels), f"u{kind.pixel_bytes}")
-            compiled.compiled_refocus(
-                raw,
-                Slice(
-                    raw.shape,
-                    8 * kind.pixel_bytes,
-                    kind.micro_image_size,
-                    # With a' = 0 all views meet, and a box takes all of them.
-                    int(kind.box < kind.micro_image_size),
-                    (range(1), range(1)),
-                    order=kind.order,
-                    units=kind.units,
-                    box_samples=kind.box,
-                ),
-            )
+            self._load()
         finally:
             sys.setswitchinterval(before)
             self._decided.set()
@@ -103,7 +78,7 @@ class _Job:
 
 _of_thread = threading.local()
 _lock = threading.Lock()
-_jobs: dict[Kind, _Job] = {}
+_jobs: dict[Hashable, _Job] = {}
 _pool = ThreadPoolExecutor(1, "compiles refocusing")
 # In a process that was forked while its parent compiled, the compiler's locks stay locked.
 _locked_by_parent = False
@@ -130,7 +105,7 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forked)
 
 
-def _job_of(kind: Kind) -> _Job | None:
+def _job_of(kind: Hashable, load: Callable[[], object]) -> _Job | None:
     """The job of a kind, which is begun at its first picture; None where none can be."""
     job = _jobs.get(kind)
     if job or _locked_by_parent:
@@ -138,28 +113,80 @@ def _job_of(kind: Kind) -> _Job | None:
     with _lock:
         if kind not in _jobs:
             try:
-                _jobs[kind] = _Job(kind)
+                _jobs[kind] = _Job(load)
             except RuntimeError:  # no more threads, or the interpreter ends
                 return None
         return _jobs[kind]
 
 
-def refocus_image(
-    raw: Image, slice_: Slice, *, out: Image | None = None, threads: int | None = None
-) -> Image:
-    """Refocus an image by compiled code, or by its equal in NumPy until that is compiled."""
-    job, m, units = None, slice_.micro_image_size, slice_.units
-    if m > 1 or units:
-        job = _job_of(Kind(raw.dtype.itemsize, raw.shape[2:], m, slice_.box, slice_.order, units))
-    try:
-        if job and job.ready():
-            from plenofir.refocus import compiled
+def soonest(
+    kind: Hashable,
+    load: Callable[[], object],
+    by_compiled_code: Callable[[], Result],
+    by_numpy: Callable[[], Result],
+) -> Result:
+    """A picture by compiled code, or by its equal in NumPy until that is compiled.
 
-            return compiled.compiled_refocus(raw, slice_, out=out, threads=threads)
-        return plain_refocus(raw, slice_, out=out, threads=threads)
+    `load`: makes a small picture of this kind by compiled code, in a thread, once for each `kind`:
+    whatever the code depends on.
+    """
+    job = _job_of(kind, load)
+    try:
+        return by_compiled_code() if job and job.ready() else by_numpy()
     finally:
         if job:
             job.answered.set()
+
+
+class Kind(NamedTuple):
+    """What the compiled code of `refocus_image` depends on."""
+
+    pixel_bytes: int
+    channels: tuple[int, ...]
+    micro_image_size: int
+    box: int
+    order: int
+    units: int
+
+    def load(self) -> None:
+        """Refocus a pixel by the code of this kind."""
+        from plenofir.refocus import compiled
+
+        raw = np.zeros((1, 1, *self.channels), f"u{self.pixel_bytes}")
+        compiled.compiled_refocus(
+            raw,
+            Slice(
+                raw.shape,
+                8 * self.pixel_bytes,
+                self.micro_image_size,
+                # With a' = 0 all views meet, and a box takes all of them.
+                int(self.box < self.micro_image_size),
+                (range(1), range(1)),
+                order=self.order,
+                units=self.units,
+                box_samples=self.box,
+            ),
+        )
+
+
+def refocus_image(
+    raw: Image, slice_: Slice, *, out: Image | None = None, threads: int | None = None
+) -> Image:
+    """Refocus an image as soon as possible (`soonest`)."""
+
+    def by_compiled_code() -> Image:
+        from plenofir.refocus import compiled
+
+        return compiled.compiled_refocus(raw, slice_, out=out, threads=threads)
+
+    def by_numpy() -> Image:
+        return plain_refocus(raw, slice_, out=out, threads=threads)
+
+    m, units = slice_.micro_image_size, slice_.units
+    if m == 1 and not units:
+        return by_numpy()
+    kind = Kind(raw.dtype.itemsize, raw.shape[2:], m, slice_.box, slice_.order, units)
+    return soonest(kind, kind.load, by_compiled_code, by_numpy)
 
 
 def wait_for_compilers() -> bool:

@@ -11,6 +11,7 @@ So there is no ring beside an edge, and texture is sharpened in full.
 from collections.abc import Callable
 from fractions import Fraction
 from math import floor
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,9 @@ import numpy.typing as npt
 from plenofir.ground.errors import InputError
 from plenofir.refocus import checks
 from plenofir.refocus.border import Border, check_border
+from plenofir.refocus.first_calls import soonest
 from plenofir.refocus.operator import Image, clamped_shift, least_box
+from plenofir.refocus.plain import plain_refocus
 from plenofir.refocus.sharpening import derived_moment
 from plenofir.refocus.slices import Slice
 from plenofir.refocus.threads import in_threads, processors
@@ -35,6 +38,9 @@ _SNAP = 1e-6
 _STEEPEST = 100
 # Least pixels that are worth another thread.
 _FOR_A_THREAD = 1 << 18
+# NumPy takes 0.1 us for a sample of a view (Xeon of 2.5 GHz), so more of them take longer than the
+# compiler, which is waited for then.
+_SAMPLES_FOR_NUMPY = 1 << 25
 
 
 class Aperture(NamedTuple):
@@ -126,9 +132,6 @@ def best_picture(
     InputError
         If the image, M, a or an option is not supported.
     """
-    # Compiled code is loaded only when needed.
-    from plenofir.refocus.compiled.picture_lines import sharpened_bytes, sharpened_lines
-
     raw = checks.check_raw(raw, M)
     m, focus = int(M), real_focus(a)
     count = processors() if threads is None else checks.whole_number(threads, "threads", 1)
@@ -138,64 +141,136 @@ def best_picture(
             f"{tilt} is not a tilt; use two numbers from -{_STEEPEST} to {_STEEPEST}", where="tilt"
         )
     check_border(border)
-    normalise = border == "normalise"
     plain = aperture is None and not any(tilt)
     least_box(m, 1, box)
     if not plain and box not in (None, m):
         raise InputError("smaller than M takes neither an aperture nor a tilt", where="box")
-    if not (plain or normalise):
+    if not (plain or border == "normalise"):
         raise InputError("'zero' takes neither an aperture nor a tilt", where="border")
-    channels = raw.shape[2] if raw.ndim > 2 else 1
-    # Steps from line to line, and along one.
-    lens = m, m * channels
     # Farther out no view reaches the picture.
     far = sum(raw.shape[:2])
     plane = float(np.clip(float(focus), -far, far)), float(tilt[0]), float(tilt[1])
     weights = np.ones((m, m), np.float32) if aperture is None else aperture.weights(m)
-    # Taps of sharpening reach a lens farther.
-    left, right = max(columns.start - m, 0), min(columns.stop + m, raw.shape[1])
-    shift, most = _place(focus * m), float(np.iinfo(raw.dtype).max)
-    picture = np.empty((len(rows), right - left, *raw.shape[2:]), raw.dtype)
-    weight = _weight(m, shift, box)
+    views = None if plain else _Views(plane, weights)
+    picture = _Picture(m, _place(focus * m), box, border == "normalise", views)
 
-    def band(first: int, last: int) -> None:
-        """Lines `first` to `last` - 1 of the region."""
-        top = max(rows.start + first - m, 0)
-        bottom = min(rows.start + last + m, raw.shape[0])
-        part = slice(top, bottom), slice(left, right)
-        share = 0.0
-        low: npt.NDArray[Any]
-        high: npt.NDArray[Any]
-        if plain:
-            low = high = registered_slice(raw, m, floor(shift), part, normalise, 1, box)
-            if shift.denominator > 1:
-                high = registered_slice(raw, m, floor(shift) + 1, part, normalise, 1, box)
-                share = float(shift % 1)
-                if low.dtype != high.dtype:
-                    low, high = (image.astype(np.float32) for image in (low, high))
-        else:
-            low = high = _mean_of_views(raw, m, plane, weights, part)
-        one, other = (image.reshape(image.shape[0], -1) for image in (low, high))
-        out = picture[first:last].reshape(last - first, -1)
-        start = rows.start + first - top
-        if share == 0 and one.dtype == np.uint8 and weight == WEIGHT:
-            sharpened_bytes(one, *lens, start, out)
-        else:
-            sharpened_lines(one, other, share, *lens, start, float(weight), most, out)
+    def by_compiled_code() -> Image:
+        return picture.made(raw, rows, columns, count, compiled_loops())
 
-    if picture.size:
-        _in_bands(band, picture.shape, count)
-    return picture[:, columns.start - left : columns.start - left + len(columns)]
+    if not plain and np.count_nonzero(weights) * raw.size > _SAMPLES_FOR_NUMPY:
+        return by_compiled_code()
+    return soonest(
+        picture.kind(raw),
+        lambda: picture.made(np.zeros_like(raw[:m, :m]), range(m), range(m), 1, compiled_loops()),
+        by_compiled_code,
+        lambda: picture.made(raw, rows, columns, count, _numpy_loops()),
+    )
 
 
-def _weight(m: int, shift: Fraction, box: int | None) -> Fraction:
-    """The sharpening's b: `WEIGHT` for M, and less by as much as a smaller box blurs less."""
-    first = floor(shift)
-    blurs = [
-        derived_moment(m, k, 1, least_box(m, k, box)) / derived_moment(m, k, 1)
-        for k in (first, first + 1)
-    ]
-    return WEIGHT * (blurs[0] + (blurs[1] - blurs[0]) * (shift - first))
+class PictureLoops(NamedTuple):
+    """What pictures are made by: compiled code, or its equal in NumPy."""
+
+    refocus: Callable[..., Image]
+    means_of_four: Callable[..., None]
+    views_of_lines: Callable[..., None]
+    sharpened_bytes: Callable[..., None]
+    sharpened_lines: Callable[..., None]
+
+
+def compiled_loops() -> PictureLoops:
+    """Compiled code, which is loaded only when needed."""
+    from plenofir.refocus import compiled
+    from plenofir.refocus.compiled import picture_lines
+
+    return _loops_of(compiled.compiled_refocus, picture_lines)
+
+
+def _numpy_loops() -> PictureLoops:
+    from plenofir.refocus import plain_pictures
+
+    return _loops_of(plain_refocus, plain_pictures)
+
+
+def _loops_of(refocus: Callable[..., Image], module: ModuleType) -> PictureLoops:
+    return PictureLoops(refocus, *(getattr(module, name) for name in PictureLoops._fields[1:]))
+
+
+class _Views(NamedTuple):
+    """A plane through the light field, and the views that see it."""
+
+    plane: tuple[float, float, float]  # a in the middle, and how much it grows right and down
+    weights: Floats32  # share of each view, shape (v, u)
+
+
+class _Picture(NamedTuple):
+    """What is made of a raw image."""
+
+    m: int
+    shift: Fraction
+    box: int | None
+    normalise: bool
+    views: _Views | None  # None for slices of all views, which need fewer additions
+
+    def kind(self, raw: Image) -> tuple[object, ...]:
+        """What the compiled code depends on."""
+        beside, even = self.shift.denominator > 1, self.m % 2 == 0 and floor(self.shift) % 2 == 0
+        pixels = raw.dtype.itemsize, raw.shape[2:]
+        loops = self.views is None, beside, even, self.weight == WEIGHT
+        return "picture", *pixels, self.m, self.box, *loops
+
+    @property
+    def weight(self) -> Fraction:
+        """The sharpening's b: `WEIGHT` for M, and less by as much as a smaller box blurs less."""
+        m, first = self.m, floor(self.shift)
+        if self.box in (None, m):
+            return WEIGHT
+        blurs = [
+            derived_moment(m, k, 1, least_box(m, k, self.box)) / derived_moment(m, k, 1)
+            for k in (first, first + 1)
+        ]
+        return WEIGHT * (blurs[0] + (blurs[1] - blurs[0]) * (self.shift - first))
+
+    def made(
+        self, raw: Image, rows: range, columns: range, threads: int, loops: PictureLoops
+    ) -> Image:
+        """Rows and columns of the picture."""
+        m, shift, weight = self.m, self.shift, self.weight
+        # Steps from line to line, and along one.
+        lens = m, m * (raw.shape[2] if raw.ndim > 2 else 1)
+        # Taps of sharpening reach a lens farther.
+        left, right = max(columns.start - m, 0), min(columns.stop + m, raw.shape[1])
+        most = float(np.iinfo(raw.dtype).max)
+        picture = np.empty((len(rows), right - left, *raw.shape[2:]), raw.dtype)
+
+        def slice_at(shift: int, part: tuple[slice, slice]) -> npt.NDArray[Any]:
+            return registered_slice(raw, m, shift, part, self.normalise, 1, self.box, loops)
+
+        def band(first: int, last: int) -> None:
+            """Lines `first` to `last` - 1 of the region."""
+            top = max(rows.start + first - m, 0)
+            bottom = min(rows.start + last + m, raw.shape[0])
+            part = slice(top, bottom), slice(left, right)
+            share = 0.0
+            if self.views is None:
+                low = high = slice_at(floor(shift), part)
+                if shift.denominator > 1:
+                    high = slice_at(floor(shift) + 1, part)
+                    share = float(shift % 1)
+                    if low.dtype != high.dtype:
+                        low, high = (image.astype(np.float32) for image in (low, high))
+            else:
+                low = high = _mean_of_views(raw, m, self.views, part, loops)
+            one, other = (image.reshape(image.shape[0], -1) for image in (low, high))
+            out = picture[first:last].reshape(last - first, -1)
+            start = rows.start + first - top
+            if share == 0 and one.dtype == np.uint8 and weight == WEIGHT:
+                loops.sharpened_bytes(one, *lens, start, out)
+            else:
+                loops.sharpened_lines(one, other, share, *lens, start, float(weight), most, out)
+
+        if picture.size:
+            _in_bands(band, picture.shape, threads)
+        return picture[:, columns.start - left : columns.start - left + len(columns)]
 
 
 def _place(shift: Fraction) -> Fraction:
@@ -212,6 +287,7 @@ def registered_slice(
     normalise: bool = True,
     threads: int | None = None,
     box: int | None = None,
+    loops: PictureLoops | None = None,
 ) -> npt.NDArray[Any]:
     """A region of a picture, not sharpened, at a whole shift, at the exact place for every M and B.
 
@@ -221,11 +297,9 @@ def registered_slice(
     Linear interpolation has its knots at whole pixels, so the mean of four pixels is exact between
     them. Result: type of `raw`, or 32 bit floats for such means. Lines and columns at the edge of
     the picture, which the operator has no pixels beyond, stay where they are. `box`: see
-    `plenofir.refocus.operator.least_box`.
+    `plenofir.refocus.operator.least_box`. `loops`: compiled ones if None.
     """
-    from plenofir.refocus.compiled import compiled_refocus
-    from plenofir.refocus.compiled.picture_lines import means_of_four
-
+    loops = loops or compiled_loops()
     beyond = 0 if m % 2 else 1
     size = least_box(m, shift, box)
     back = (m - size) % 2
@@ -245,7 +319,7 @@ def registered_slice(
         normalise=normalise,
         box_samples=size,
     )
-    image = compiled_refocus(raw, slice_, threads=threads)
+    image = loops.refocus(raw, slice_, threads=threads)
     for axis, part in enumerate((rows, columns)):
         if (first[axis], last[axis]) != (part.start, part.stop):
             there = np.arange(first[axis], last[axis]).clip(part.start, part.stop - 1)
@@ -255,7 +329,7 @@ def registered_slice(
     means = np.empty((image.shape[0] - 1, image.shape[1] - 1, *raw.shape[2:]), np.float32)
     lines = image.reshape(image.shape[0], -1)
     samples = raw.shape[2] if raw.ndim > 2 else 1
-    means_of_four(lines, samples, means.reshape(len(means), -1))
+    loops.means_of_four(lines, samples, means.reshape(len(means), -1))
     return means
 
 
@@ -264,9 +338,6 @@ def _in_bands(work: Callable[[int, int], None], shape: tuple[int, ...], threads:
     threads = max(1, min(threads, shape[0] * shape[1] // _FOR_A_THREAD))
     lines = max(-(-shape[0] // threads), 1)
     bands = iter(range(0, shape[0], lines))
-    if threads > 1:
-        # Compiles what the threads need, once.
-        work(0, 1)
 
     def some() -> None:
         for first in bands:
@@ -276,18 +347,15 @@ def _in_bands(work: Callable[[int, int], None], shape: tuple[int, ...], threads:
 
 
 def _mean_of_views(
-    raw: Image,
-    m: int,
-    plane: tuple[float, float, float],
-    weights: Floats32,
-    region: tuple[slice, slice],
+    raw: Image, m: int, views: _Views, region: tuple[slice, slice], loops: PictureLoops
 ) -> Floats32:
     """Weighted mean of the views that reach each pixel, each interpolated linearly."""
-    from plenofir.refocus.compiled.picture_lines import views_of_lines
-
     rows, columns = (part.stop - part.start for part in region)
     cube = np.ascontiguousarray(raw).reshape(*raw.shape[:2], -1)
+    # One variant of compiled code, whether the caller may write there or not.
+    cube.flags.writeable = False
     means = np.empty((rows, columns, cube.shape[2]), np.float32)
-    v, u = np.nonzero(weights)
-    views_of_lines(cube, m, *plane, v, u, weights[v, u], region[0].start, region[1].start, means)
+    v, u = np.nonzero(views.weights)
+    shares, begin = views.weights[v, u], (region[0].start, region[1].start)
+    loops.views_of_lines(cube, m, *views.plane, v, u, shares, *begin, means)
     return means.reshape(rows, columns, *raw.shape[2:])

@@ -7,17 +7,20 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from math import gcd
+from threading import current_thread
+from typing import Any
 
 import numpy as np
 import pytest
 from test_refocus import random_image
 
 from plenofir.ground import compiling
-from plenofir.refocus import compiled, first_calls, refocus
-from plenofir.refocus.compiled import compiled_refocus
+from plenofir.refocus import Aperture, best_picture, compiled, first_calls, pictures, refocus
+from plenofir.refocus.compiled import compiled_refocus, picture_lines
+from plenofir.refocus.compiled.picture_lines import views_of_lines
 from plenofir.refocus.operator import clamped_shift
 from plenofir.refocus.plain import plain_refocus
 from plenofir.refocus.slices import Slice
@@ -54,6 +57,46 @@ def test_plain_equals_compiled() -> None:
         assert np.array_equal(plain, fast), case
 
 
+@pytest.fixture
+def loops(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Lets pictures be made by the loops of a name."""
+
+    def choose(name: str) -> None:
+        monkeypatch.setattr(
+            pictures,
+            "soonest",
+            lambda _, __, code, numpy: {"code": code, "numpy": numpy}[name](),
+        )
+
+    return choose
+
+
+def test_plain_pictures_equal_compiled_ones(loops: Callable[[str], None]) -> None:
+    seed = random.randrange(1 << 30)
+    print("seed", seed)
+    draw = random.Random(seed)
+    for _ in range(60):
+        m = draw.randint(1, 9)
+        shape = (draw.randint(m, 150), draw.randint(m, 50), *draw.choice([(), (3,)]))
+        raw = random_image(shape, draw.choice([np.uint8, np.uint16]))
+        a = draw.choice([Fraction(draw.randint(-20, 30), m), draw.uniform(-3, 4)])
+        bounds = [sorted((draw.randint(0, n), draw.randint(0, n))) for n in shape[:2]]
+        options = {"region": draw.choice([None, tuple(slice(*part) for part in bounds)])}
+        if draw.random() < 0.5:
+            options["border"] = draw.choice(["normalise", "zero"])
+            options["box"] = draw.choice([None, draw.randint(1, m)])
+        else:
+            places = draw.uniform(0, 1.2), draw.uniform(-1, 1), draw.uniform(-1, 1)
+            options["aperture"] = draw.choice([None, Aperture(*places)])
+            options["tilt"] = draw.choice([(0.0, 0.0), (draw.uniform(-1, 1), draw.uniform(-2, 2))])
+        made = []
+        for name in ("numpy", "code"):
+            loops(name)
+            made.append(best_picture(raw, m, a, **options))
+        assert made[0].dtype == made[1].dtype
+        assert np.array_equal(*made), (m, shape, raw.dtype, a, options)
+
+
 def test_plain_in_many_bands() -> None:
     raw = random_image((1300, 40), np.uint16)
     out = np.empty_like(raw)
@@ -68,19 +111,22 @@ class SlowCompiler:
     def __init__(self) -> None:
         self.go, self.calls = threading.Event(), 0
 
-    def __call__(self, *arguments, **options):
-        if not self.calls:
-            compiling.begin("loops")
-            self.go.wait()
-            compiling.end("loops")
-        self.calls += 1
-        return compiled_refocus(*arguments, **options)
+    def instead(self, work: Callable[..., Any]) -> Callable[..., Any]:
+        def slow(*arguments, **options):
+            if not self.calls:
+                compiling.begin("loops")
+                self.go.wait()
+                compiling.end("loops")
+            self.calls += 1
+            return work(*arguments, **options)
+
+        return slow
 
 
 @pytest.fixture
 def slow(monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowCompiler]:
     compiler = SlowCompiler()
-    monkeypatch.setattr(compiled, "compiled_refocus", compiler)
+    monkeypatch.setattr(compiled, "compiled_refocus", compiler.instead(compiled_refocus))
     monkeypatch.setattr(first_calls, "patient", False)
     monkeypatch.setattr(first_calls, "_jobs", {})
     monkeypatch.setattr(first_calls, "_LOADING_SECONDS", 60)
@@ -89,6 +135,7 @@ def slow(monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowCompiler]:
     first_calls.wait_for_compilers()
 
 
+LOOPS: list[Any] = [getattr(picture_lines, name) for name in pictures.PictureLoops._fields[1:]]
 RAW = random_image((50, 40), np.uint8)
 WANTED = compiled_refocus(RAW, Slice(RAW.shape, 8, 5, 2, (range(50), range(40))))
 
@@ -107,6 +154,56 @@ def test_pictures_while_loops_compile(slow: SlowCompiler) -> None:
     # One of the thread, one of the caller.
     assert slow.calls == 2
     assert not first_calls.wait_for_compilers()
+
+
+# A whole shift and one between, of odd M and of even M, and views.
+KINDS: list[tuple[int, Any, dict[str, Any]]] = [
+    (5, 1, {}),
+    (5, 0.33, {}),
+    (4, 1, {}),
+    (4, "1/4", {}),
+    (5, "1/5", {"box": 2}),
+    (5, 1, {"aperture": Aperture(0.5)}),
+    (5, 1, {"tilt": (0.2, 0.0)}),
+]
+
+
+@pytest.mark.parametrize(("m", "a", "options"), KINDS)
+def test_pictures_to_look_at_while_loops_compile(
+    slow: SlowCompiler, monkeypatch: pytest.MonkeyPatch, m: int, a: Any, options: dict[str, Any]
+) -> None:
+    compilers: set[str] = set()
+    monkeypatch.setattr(
+        compiling, "begins", [*compiling.begins, lambda: compilers.add(current_thread().name)]
+    )
+    raw = random_image((50, 40, 3), np.uint8)
+    if {"aperture", "tilt"} & set(options):
+        # They take no slices, so their own loop is the one that is missing.
+        monkeypatch.setattr(picture_lines, "views_of_lines", slow.instead(views_of_lines))
+    early = best_picture(raw, m, a, **options)
+    assert slow.calls == 0
+    slow.go.set()
+    assert first_calls.wait_for_compilers()
+    calls = slow.calls
+    variants = [len(loop.signatures) for loop in LOOPS]
+    assert np.array_equal(best_picture(raw, m, a, **options), early)
+    assert slow.calls > calls
+    # Whatever the picture takes was compiled in the thread.
+    assert [len(loop.signatures) for loop in LOOPS] == variants
+    assert compilers <= {"compiles refocusing_0"}
+
+
+def test_large_pictures_of_views_wait_for_compiled_code(monkeypatch, loops) -> None:
+    """NumPy would take longer than the compiler."""
+    loops("numpy")
+    raw = random_image((50, 40), np.uint8)
+    early = best_picture(raw, 5, 1, tilt=(0.1, 0.0))
+    monkeypatch.setattr(pictures, "_numpy_loops", None)
+    monkeypatch.setattr(pictures, "_SAMPLES_FOR_NUMPY", 25 * 50 * 40 - 1)
+    assert np.array_equal(best_picture(raw, 5, 1, tilt=(0.1, 0.0)), early)
+    # Slices take NumPy less time, however large they are.
+    with pytest.raises(TypeError):
+        best_picture(raw, 5, 1)
 
 
 def test_threads_share_one_compiler(slow: SlowCompiler) -> None:
