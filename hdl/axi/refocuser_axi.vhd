@@ -37,6 +37,7 @@ entity refocuser_axi is
     ENGINE              : string                   := "fir";
     ANY_ROWS            : boolean                  := false;
     SHARPENING          : string                   := "";
+    BOX                 : string                   := "";
     BORDER_NORMALISED   : boolean                  := false;
     BROADCAST_TAPS      : natural                  := 0
   );
@@ -187,6 +188,7 @@ begin
       ENGINE              => ENGINE,
       ANY_ROWS            => ANY_ROWS,
       SHARPENING          => SHARPENING,
+      BOX                 => BOX,
       BORDER_NORMALISED   => BORDER_NORMALISED,
       BROADCAST_TAPS      => BROADCAST_TAPS
     )

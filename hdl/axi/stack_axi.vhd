@@ -29,6 +29,7 @@ entity stack_axi is
     CHANNELS          : positive range 1 to 3    := 1;
     PIXEL_BITS        : positive range 1 to 16   := 8;
     INPUT_LINES       : positive range 1 to 128  := 1;
+    BOX               : string                   := "";
     BORDER_NORMALISED : boolean                  := false;
     PIXELS_PER_CLOCK  : positive range 1 to 32   := 1;
     -- true: a depth_index follows, with PIXELS_PER_CLOCK of at most MICRO_IMAGE_SIZE; then its generics.
@@ -189,6 +190,7 @@ begin
       CHANNELS          => CHANNELS,
       PIXEL_BITS        => PIXEL_BITS,
       INPUT_LINES       => INPUT_LINES,
+      BOX               => BOX,
       BORDER_NORMALISED => BORDER_NORMALISED,
       PIXELS_PER_CLOCK  => P
     )

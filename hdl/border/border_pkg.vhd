@@ -16,8 +16,8 @@ package border_pkg is
 
   -- The largest count in one dimension behind so many passes: the count of an output that all views reach.
   function largest_count (
-    micro_image_size : positive;
-    number           : natural
+    box    : positive;
+    number : natural
   ) return positive;
 
   -- Clocks from a token to the weights of its pixels, besides the lines and tokens of the delays.
@@ -35,13 +35,13 @@ end package border_pkg;
 package body border_pkg is
 
   function largest_count (
-    micro_image_size : positive;
-    number           : natural
+    box    : positive;
+    number : natural
   ) return positive is
   begin
 
-    -- Each pass adds up to M counts, so the largest count is a power of M.
-    return micro_image_size ** number;
+    -- Each pass adds up to B counts, so the largest count is a power of B.
+    return box ** number;
 
   end function largest_count;
 

@@ -77,10 +77,10 @@ architecture rtl of border_weights is
   end component lane_stage;
 
   constant GEOMETRY     : geometry_t                       := CORE.geometry;
-  constant M            : positive                         := GEOMETRY.micro_image_size;
+  constant BOX          : positive                         := CORE.arithmetic.box;
   constant P            : positive                         := CORE.pixels;
   constant PASSES       : positive                         := CORE.arithmetic.passes;
-  constant COUNT_BITS   : positive                         := bits_for(largest_count(M, PASSES));
+  constant COUNT_BITS   : positive                         := bits_for(largest_count(BOX, PASSES));
   constant PRODUCT_BITS : positive                         := weight_bits(CORE);
   constant ONES         : std_logic_vector(P - 1 downto 0) := (others => '1');
 
@@ -123,15 +123,15 @@ begin
 
     line_pass : for i in 0 to PASSES - 1 generate
 
-      constant IN_BITS  : positive := bits_for(largest_count(M, i));
-      constant OUT_BITS : positive := bits_for(largest_count(M, i + 1));
+      constant IN_BITS  : positive := bits_for(largest_count(BOX, i));
+      constant OUT_BITS : positive := bits_for(largest_count(BOX, i + 1));
 
     begin
 
       stage : entity work.moving_sum_stage
         generic map (
           GEOMETRY    => pass_geometry(GEOMETRY, i),
-          SIZES       => exact_pass(largest_count(M, i), M),
+          SIZES       => exact_pass(largest_count(BOX, i), BOX),
           FIXED_SLICE => choose(i = 0, FIXED_SLICE, - 1),
           -- Each line counts as one; the line's first token carries the count.
           COLUMNS => true
@@ -156,7 +156,7 @@ begin
 
     across_pass : for i in 0 to PASSES - 1 generate
 
-      constant SIZES      : pass_t  := exact_pass(largest_count(M, i), M);
+      constant SIZES      : pass_t  := exact_pass(largest_count(BOX, i), BOX);
       constant PASS_SLICE : integer := choose(i = 0, FIXED_SLICE, - 1);
 
     begin

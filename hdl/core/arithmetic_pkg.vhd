@@ -2,8 +2,8 @@
 -- Word sizes of an engine, pass by pass.
 --
 -- A pass is a filter over rows or over columns: `passes` of one dimension, then as many of the other. Exact sums
--- grow by a factor of M in each pass and are divided once at the end. Stored products are rounded after each pass:
--- between the passes to pixel_bits + guard_bits, after the last pass to pixels.
+-- grow by a factor of B, the box, in each pass and are divided once at the end. Stored products are rounded after each
+-- pass: between the passes to pixel_bits + guard_bits, after the last pass to pixels.
 --
 -- All functions except rounded are evaluated at elaboration only.
 
@@ -16,15 +16,15 @@ use work.math_pkg.all;
 
 package arithmetic_pkg is
 
-  -- The choices that word sizes follow from: the kind of arithmetic, M, width of a pixel, fraction bits of stored
-  -- products, guard bits of the image between the passes, passes in one dimension.
+  -- The choices that word sizes follow from: the kind of arithmetic, the largest box, width of a pixel, fraction
+  -- bits of stored products, guard bits of the image between the passes, passes in one dimension.
   type arithmetic_t is record
-    exact            : boolean;
-    micro_image_size : positive;
-    pixel_bits       : positive;
-    fraction_bits    : natural;
-    guard_bits       : natural;
-    passes           : positive range 1 to 4;
+    exact         : boolean;
+    box           : positive;
+    pixel_bits    : positive;
+    fraction_bits : natural;
+    guard_bits    : natural;
+    passes        : positive range 1 to 4;
   end record arithmetic_t;
 
   -- Whether the exact sums of all passes, and the terms that round them, fit integers of 31 bits.
@@ -79,6 +79,8 @@ package arithmetic_pkg is
     -- Width of the input, and of the output.
     data_bits   : positive;
     result_bits : positive;
+    -- Inputs that a sum adds; stored products are divided by as many.
+    box : positive;
     -- stored: whether the input is multiplied by stored products; scale_bits: fraction bits that these have
     -- beyond those of the input.
     stored     : boolean;
@@ -95,10 +97,10 @@ package arithmetic_pkg is
     pass       : natural
   ) return pass_t;
 
-  -- A pass of exact sums of M values, each an integer up to the largest.
+  -- A pass of exact sums of as many values as the box has samples, each an integer up to the largest.
   function exact_pass (
-    largest          : positive;
-    micro_image_size : positive
+    largest : positive;
+    box     : positive
   ) return pass_t;
 
 end package arithmetic_pkg;
@@ -113,12 +115,12 @@ package body arithmetic_pkg is
 
   begin
 
-    -- 2**pixel_bits * M**(2 * passes) < 2**31 is tested by divisions, so that no number exceeds an integer.
+    -- 2**pixel_bits * B**(2 * passes) < 2**31 is tested by divisions, so that no number exceeds an integer.
     room := integer'high / 2 ** arithmetic.pixel_bits;
 
     for i in 1 to 2 * arithmetic.passes loop
 
-      room := room / arithmetic.micro_image_size;
+      room := room / arithmetic.box;
 
     end loop;
 
@@ -182,13 +184,13 @@ package body arithmetic_pkg is
   begin
 
     if arithmetic.exact then
-      -- A white image: each pass adds M equal values.
-      return (2 ** arithmetic.pixel_bits - 1) * arithmetic.micro_image_size ** pass;
+      -- A white image: each pass adds B equal values.
+      return (2 ** arithmetic.pixel_bits - 1) * arithmetic.box ** pass;
     end if;
 
     -- The largest word of the table, rounded like all its words.
     return scaled_quotient(2 ** value_bits(arithmetic, pass) - 1, scale_bits(arithmetic, pass),
-                           arithmetic.micro_image_size);
+                           arithmetic.box);
 
   end function product_max;
 
@@ -213,11 +215,11 @@ package body arithmetic_pkg is
   begin
 
     if arithmetic.exact then
-      -- Each pass of rows and of columns multiplies by M. One division by the product rounds once.
-      return arithmetic.micro_image_size ** (2 * arithmetic.passes);
+      -- Each pass of rows and of columns multiplies by B. One division by the product rounds once.
+      return arithmetic.box ** (2 * arithmetic.passes);
     end if;
 
-    -- Stored products are divided by M already.
+    -- Stored products are divided by B already.
     return 1;
 
   end function final_divisor;
@@ -255,29 +257,31 @@ package body arithmetic_pkg is
     (
       data_bits   => value_bits(arithmetic, pass),
       result_bits => value_bits(arithmetic, pass + 1),
+      box         => arithmetic.box,
       stored      => not arithmetic.exact,
       scale_bits  => scale_bits(arithmetic, pass),
       product_max => product_max(arithmetic, pass),
-      sum_max     => arithmetic.micro_image_size * product_max(arithmetic, pass),
+      sum_max     => arithmetic.box * product_max(arithmetic, pass),
       drop_bits   => drop_bits(arithmetic, pass)
     );
 
   end function pass_of;
 
   function exact_pass (
-    largest          : positive;
-    micro_image_size : positive
+    largest : positive;
+    box     : positive
   ) return pass_t is
   begin
 
     return
     (
       data_bits   => bits_for(largest),
-      result_bits => bits_for(micro_image_size * largest),
+      result_bits => bits_for(box * largest),
+      box         => box,
       stored      => false,
       scale_bits  => 0,
       product_max => largest,
-      sum_max     => micro_image_size * largest,
+      sum_max     => box * largest,
       drop_bits   => 0
     );
 

@@ -114,12 +114,18 @@ package core_pkg is
     core : core_t
   ) return positive;
 
-  -- Width of a weight of a normalised border; 0 without one.
+  -- Whether sums are divided by weights that come with them: those of a normalised border, or those of the slices where
+  -- these have boxes that differ.
+  function weighted (
+    core : core_t
+  ) return boolean;
+
+  -- Width of a weight; 0 without weights.
   function weight_bits (
     core : core_t
   ) return natural;
 
-  -- Width of all weights of a token; 1 bit for each without a normalised border, because ports need at least one.
+  -- Width of all weights of a token; 1 bit for each without weights, because ports need at least one.
   function weights_bits (
     core : core_t
   ) return positive;
@@ -190,13 +196,22 @@ package body core_pkg is
 
   end function row_sums_bits;
 
+  function weighted (
+    core : core_t
+  ) return boolean is
+  begin
+
+    return core.normalised or boxes_differ(core.geometry);
+
+  end function weighted;
+
   function weight_bits (
     core : core_t
   ) return natural is
   begin
 
     -- A weight is at most the sum of a frame of ones.
-    return choose(core.normalised, bits_for(final_divisor(core.arithmetic)), 0);
+    return choose(weighted(core), bits_for(final_divisor(core.arithmetic)), 0);
 
   end function weight_bits;
 

@@ -3,7 +3,10 @@
 --
 -- The refocusing operator of one dimension (M pixels a micro image, integer shift s):
 --
---   S(k') = sum over input pixels k and n = 0 .. M-1 with k' = k + n + (k mod M) * (s - 1)
+--   S(k') = sum over input pixels k and n = 0 .. B-1 with k' = k + n + (k mod M) * (s - 1)
+--
+-- The box B is M, or fewer samples for a picture that is less blurred, but a multiple of gcd(s, M): at each output so
+-- many pixels meet. Written as text it is one number for each slice ("3 5 3"), or one for all.
 --
 -- An engine serves a set of shifts, written as text with blanks in between ("-3 0 3"), from which a slice is
 -- chosen while it runs. All slices have the same output delay, that of the slice which needs most. So slices
@@ -40,6 +43,14 @@ package refocus_pkg is
     shifts : string
   ) return boolean;
 
+  -- Returns true, or stops elaboration if BOX cannot be built for SHIFTS; the message begins with the name.
+  function takes_box (
+    name             : string;
+    box              : string;
+    micro_image_size : positive;
+    shifts           : string
+  ) return boolean;
+
   -- Whether column memories are no larger than MOST_LINE_BITS: words of all channels, each of so many bits, and further
   -- bits beside them.
   function line_bits_fit (
@@ -62,6 +73,9 @@ package refocus_pkg is
   -- Shifts by slice. The length is fixed because VHDL-93 has no records with fields of unconstrained length.
   type shifts_t is array (natural range 0 to MOST_SLICES - 1) of integer range -MOST_SHIFT to MOST_SHIFT;
 
+  -- Samples B of the box by slice.
+  type boxes_t is array (natural range 0 to MOST_SLICES - 1) of natural range 0 to 128;
+
   -- The geometry that all schedules of an engine follow from.
   type geometry_t is record
     -- Micro image size M in pixels.
@@ -69,6 +83,8 @@ package refocus_pkg is
     -- slices: number of slices; shifts: the shift of each, 0 behind the last one.
     slices : positive range 1 to MOST_SLICES;
     shifts : shifts_t;
+    -- The box of each slice, 0 behind the last one.
+    boxes : boxes_t;
     -- Whether the picture stays put from slice to slice.
     centred : boolean;
     -- Steps between a pixel and the output of the same index, equal for all slices.
@@ -81,10 +97,22 @@ package refocus_pkg is
     name             : string;
     micro_image_size : positive;
     shifts           : string;
-    centred          : boolean
+    centred          : boolean;
+    box              : string := ""
   ) return geometry_t;
 
-  -- The geometry of one pass: interpolation of order n appends n passes with the shift 1, each a moving sum.
+  -- The largest box of a slice.
+  function largest_box (
+    geometry : geometry_t
+  ) return positive;
+
+  -- Whether slices have boxes that differ.
+  function boxes_differ (
+    geometry : geometry_t
+  ) return boolean;
+
+  -- The geometry of one pass: interpolation of order n appends n passes with the shift 1, each a moving sum of a box.
+  -- They have one slice, or where boxes differ those of the set.
   function pass_geometry (
     geometry : geometry_t;
     pass     : natural
@@ -96,7 +124,8 @@ package refocus_pkg is
     slice    : integer
   ) return geometry_t;
 
-  -- The output of index k is S(k + centre_offset): floor((M-1) * shift / 2) when centred, otherwise 0.
+  -- The output of index k is S(k + centre_offset): floor((M-1) * shift / 2) - floor((M-B) / 2) when centred, otherwise
+  -- 0.
   function centre_offset (
     geometry : geometry_t;
     slice    : natural
@@ -129,9 +158,9 @@ package refocus_pkg is
   -- Clocks that divide_round takes.
   constant DIVIDE_LATENCY : positive := 3;
 
-  -- Clocks of the division behind an engine: divide_weighted with a normalised border, else divide_round.
+  -- Clocks of the division behind an engine: divide_weighted with weights, else divide_round.
   function scaler_latency (
-    normalised : boolean;
+    weighted   : boolean;
     pixel_bits : positive
   ) return positive;
 
@@ -215,6 +244,58 @@ package body refocus_pkg is
     return true;
 
   end function takes_shifts;
+
+  -- The box of a slice: its own number, the only one, or M without a number.
+  function box_samples (
+    box              : string;
+    micro_image_size : positive;
+    slice            : natural
+  ) return natural is
+  begin
+
+    if slice_count(box) = 0 then
+      return micro_image_size;
+    end if;
+
+    return slice_shift(box, choose(slice_count(box) = 1, 0, slice));
+
+  end function box_samples;
+
+  function takes_box (
+    name             : string;
+    box              : string;
+    micro_image_size : positive;
+    shifts           : string
+  ) return boolean is
+
+    variable shift   : integer;
+    variable samples : natural;
+
+  begin
+
+    assert is_set(box, 0, micro_image_size) and box_samples(box, micro_image_size, 0) > 0
+      report name & ": BOX """ & box & """ must be whole numbers from 1 to MICRO_IMAGE_SIZE with blanks in between"
+      severity failure;
+
+    assert slice_count(box) <= 1 or slice_count(box) = slice_count(shifts)
+      report name & ": BOX """ & box & """ must have one number, a number for each slice of SHIFTS, or none"
+      severity failure;
+
+    for i in 0 to slice_count(shifts) - 1 loop
+
+      shift   := slice_shift(shifts, i);
+      samples := box_samples(box, micro_image_size, i);
+
+      -- Pixels meet in groups; a box that ends within a group would show some of them.
+      assert samples > 0 and samples mod common_divisor(micro_image_size, abs (shift)) = 0
+        report name & ": BOX """ & box & """ must be a multiple of gcd(shift, MICRO_IMAGE_SIZE) for each of SHIFTS"
+        severity failure;
+
+    end loop;
+
+    return true;
+
+  end function takes_box;
 
   function line_bits_fit (
     words : natural;
@@ -331,8 +412,8 @@ package body refocus_pkg is
 
     span := (geometry.micro_image_size - 1) * geometry.shifts(slice);
 
-    -- VHDL's division rounds towards 0; this one must round down.
-    return (span - (span mod 2)) / 2;
+    -- A smaller box lacks samples on both sides; those in front of it would have come first.
+    return floor_divided(span, 2) - (geometry.micro_image_size - geometry.boxes(slice)) / 2;
 
   end function centre_offset;
 
@@ -360,10 +441,11 @@ package body refocus_pkg is
     name             : string;
     micro_image_size : positive;
     shifts           : string;
-    centred          : boolean
+    centred          : boolean;
+    box              : string := ""
   ) return geometry_t is
 
-    constant REFUSED : boolean := not takes_shifts(name, shifts);
+    constant REFUSED : boolean := not (takes_shifts(name, shifts) and takes_box(name, box, micro_image_size, shifts));
 
     variable geometry : geometry_t;
 
@@ -372,12 +454,14 @@ package body refocus_pkg is
     geometry.micro_image_size := micro_image_size;
     geometry.slices           := slice_count(shifts);
     geometry.shifts           := (others => 0);
+    geometry.boxes            := (others => 0);
     geometry.centred          := centred;
     geometry.output_delay     := 0;
 
     for i in 0 to geometry.slices - 1 loop
 
       geometry.shifts(i)    := slice_shift(shifts, i);
+      geometry.boxes(i)     := box_samples(box, micro_image_size, i);
       geometry.output_delay := larger(geometry.output_delay, own_delay(geometry, i));
 
     end loop;
@@ -385,6 +469,43 @@ package body refocus_pkg is
     return geometry;
 
   end function geometry_of;
+
+  function largest_box (
+    geometry : geometry_t
+  ) return positive is
+
+    variable largest : positive;
+
+  begin
+
+    largest := 1;
+
+    for i in 0 to geometry.slices - 1 loop
+
+      largest := larger(largest, geometry.boxes(i));
+
+    end loop;
+
+    return largest;
+
+  end function largest_box;
+
+  function boxes_differ (
+    geometry : geometry_t
+  ) return boolean is
+  begin
+
+    for i in 1 to geometry.slices - 1 loop
+
+      if geometry.boxes(i) /= geometry.boxes(0) then
+        return true;
+      end if;
+
+    end loop;
+
+    return false;
+
+  end function boxes_differ;
 
   function pass_geometry (
     geometry : geometry_t;
@@ -400,9 +521,16 @@ package body refocus_pkg is
     end if;
 
     interpolation              := geometry;
-    interpolation.slices       := 1;
-    interpolation.shifts       := (0 => 1, others => 0);
-    interpolation.output_delay := own_delay(interpolation, 0);
+    interpolation.slices       := choose(boxes_differ(geometry), geometry.slices, 1);
+    interpolation.shifts       := (others => 0);
+    interpolation.output_delay := 0;
+
+    for i in 0 to interpolation.slices - 1 loop
+
+      interpolation.shifts(i)    := 1;
+      interpolation.output_delay := larger(interpolation.output_delay, own_delay(interpolation, i));
+
+    end loop;
 
     return interpolation;
 
@@ -424,6 +552,7 @@ package body refocus_pkg is
     alone        := geometry;
     alone.slices := 1;
     alone.shifts := (0 => geometry.shifts(slice), others => 0);
+    alone.boxes  := (0 => geometry.boxes(slice), others => 0);
 
     return alone;
 
@@ -456,12 +585,12 @@ package body refocus_pkg is
   end function line_tokens;
 
   function scaler_latency (
-    normalised : boolean;
+    weighted   : boolean;
     pixel_bits : positive
   ) return positive is
   begin
 
-    return choose(normalised, pixel_bits + 1, DIVIDE_LATENCY);
+    return choose(weighted, pixel_bits + 1, DIVIDE_LATENCY);
 
   end function scaler_latency;
 

@@ -2,8 +2,8 @@
 -- Stored product: a ROM that holds the scaled quotient of every possible pixel value.
 --
 -- Latency: 1 clock. Throughput: one value each clock.
--- Equation: product = round(value * 2**SCALE_BITS / DIVISOR), halves up. DIVISOR is the micro
---   image size M: the multiplier h0 = 1/M of the FIR filter.
+-- Equation: product = round(value * 2**SCALE_BITS / DIVISOR), halves up. DIVISOR is the box
+--   B: the multiplier h0 = 1/M of the FIR filter, where B = M.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,7 +20,7 @@ entity stored_product is
     PRODUCT_BITS : positive;
     -- Fraction bits of the product above those of the value.
     SCALE_BITS : natural;
-    -- Micro image size M.
+    -- The box B.
     DIVISOR : positive
   );
   port (

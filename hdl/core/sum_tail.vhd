@@ -1,7 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From the sums of an engine to pixels, for every engine: sharpening if a slice has a weight, then the division.
 --
--- The sharpener is a component, so that a project without one needs no file of it.
+-- The sharpener is a component, so that a project without one needs no file of it. Slices with boxes that differ have
+-- divisors that differ, so each sum is divided by a weight, that of its slice.
 --
 -- Latency: that of lens_sharpener with sharpening, and scaler_latency clocks with exact arithmetic. Throughput: one
 -- token each clock.
@@ -9,10 +10,12 @@
 
 library ieee;
 use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
 
 library work;
 use work.all;
 use work.math_pkg.all;
+use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
 use work.core_pkg.all;
 use work.token_pkg.all;
@@ -58,6 +61,43 @@ architecture rtl of sum_tail is
   constant SUMS_BITS   : positive := row_sums_bits(CORE);
   constant PIXELS_BITS : positive := result_bits(CORE);
 
+  -- Width of the weights of a slice's pixels in a token, and number of a slice in bits.
+  constant SLICE_WEIGHTS : positive := weights_bits(CORE) / slices_at_once(CORE);
+  constant SLICE_BITS    : positive := bits_for(CORE.geometry.slices - 1);
+
+  type divisors_t is array (natural range 0 to 2 ** SLICE_BITS - 1) of std_logic_vector(SLICE_WEIGHTS - 1 downto 0);
+
+  -- The divisor of each slice, for all pixels of a token.
+  function all_divisors return divisors_t is
+
+    variable divisors : divisors_t;
+    variable divisor  : positive;
+    variable weight   : std_logic_vector(larger(weight_bits(CORE), 1) - 1 downto 0);
+
+  begin
+
+    for s in divisors_t'range loop
+
+      divisor := final_divisor(CORE.arithmetic);
+
+      if s < CORE.geometry.slices then
+        divisor := CORE.geometry.boxes(s) ** (2 * CORE.arithmetic.passes);
+      end if;
+
+      weight := std_logic_vector(to_unsigned(divisor, weight'length));
+
+      for i in 0 to CORE.pixels - 1 loop
+
+        divisors(s)((i + 1) * weight'length - 1 downto i * weight'length) := weight;
+
+      end loop;
+
+    end loop;
+
+    return divisors;
+
+  end function all_divisors;
+
   -- Tokens and sums in front of the division.
   signal last_tokens : tokens_t(0 to CORE.rows - 1);
   signal last_sums   : std_logic_vector(CORE.rows * SUMS_BITS - 1 downto 0);
@@ -89,11 +129,45 @@ begin
 
   row : for r in 0 to CORE.rows - 1 generate
 
-    signal summed : result_t;
+    signal summed  : result_t;
+    signal divisor : std_logic_vector(weights_bits(CORE) - 1 downto 0);
 
   begin
 
     summed <= result_of(last_tokens(r));
+
+    given : if CORE.normalised or not weighted(CORE) generate
+      divisor <= weights;
+    end generate given;
+
+    own_divisor : if not CORE.normalised and weighted(CORE) generate
+
+      constant DIVISORS : divisors_t := all_divisors;
+
+    begin
+
+      choose_divisor : process (last_tokens) is
+
+        variable slice : unsigned(SLICE_BITS - 1 downto 0);
+
+      begin
+
+        for s in 0 to slices_at_once(CORE) - 1 loop
+
+          slice := last_tokens(r).slice(SLICE_BITS - 1 downto 0);
+
+          -- If all slices come at once, the token has none.
+          if slices_at_once(CORE) > 1 then
+            slice := to_unsigned(s, SLICE_BITS);
+          end if;
+
+          divisor((s + 1) * SLICE_WEIGHTS - 1 downto s * SLICE_WEIGHTS) <= DIVISORS(to_integer(slice));
+
+        end loop;
+
+      end process choose_divisor;
+
+    end generate own_divisor;
 
     scale : entity work.result_scaler
       generic map (
@@ -109,7 +183,7 @@ begin
         reset   => reset,
         result  => summed,
         sums    => last_sums((r + 1) * SUMS_BITS - 1 downto r * SUMS_BITS),
-        weights => weights,
+        weights => divisor,
         scaled  => results(r),
         pixels  => result_data((r + 1) * PIXELS_BITS - 1 downto r * PIXELS_BITS)
       );

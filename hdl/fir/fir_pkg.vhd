@@ -2,15 +2,15 @@
 -- The switched FIR filters: their taps, switches and clock counts.
 --
 -- In a transposed FIR filter with TAPS taps a pixel is broadcast to all taps, and tap w delays it by TAPS-1-w steps.
--- A pixel of phase p = k mod M is added by M neighbouring taps: those with delays p*(s-1) + origin .. p*(s-1) +
--- origin + M-1. The origin of a slice is the delay that brings S(k) to its place in the output; no tap has a
+-- A pixel of phase p = k mod M is added by B neighbouring taps, B the box: those with delays p*(s-1) + origin ..
+-- p*(s-1) + origin + B-1. The origin of a slice is the delay that brings S(k) to its place in the output; no tap has a
 -- negative delay.
 --
 -- All slices of a set have the same output delay (refocus_pkg), so the number of a tap tells which output its
 -- partial sum belongs to, in every slice.
 --
 -- With hold (all shifts multiples of M) the M outputs of a micro image are equal. The filter computes the first
--- and holds it; a phase then closes one switch instead of M.
+-- and holds it; a phase then closes one switch instead of B, which is M then.
 --
 -- All functions are evaluated at elaboration only.
 
@@ -45,10 +45,11 @@ package fir_pkg is
     hold     : boolean
   ) return positive;
 
-  -- Neighbouring switches that a phase closes.
+  -- Neighbouring switches that a phase closes in a slice.
   function closed_width (
-    micro_image_size : positive;
-    hold             : boolean
+    geometry : geometry_t;
+    slice    : natural;
+    hold     : boolean
   ) return positive;
 
   -- The shortest delay of the taps whose switches are closed for pixels of a phase.
@@ -74,13 +75,14 @@ end package fir_pkg;
 package body fir_pkg is
 
   function closed_width (
-    micro_image_size : positive;
-    hold             : boolean
+    geometry : geometry_t;
+    slice    : natural;
+    hold     : boolean
   ) return positive is
   begin
 
-    -- A pixel adds to M neighbouring outputs; if these are equal, only to the one that is held.
-    return choose(hold, 1, micro_image_size);
+    -- A pixel adds to B neighbouring outputs; if these are equal, only to the one that is held.
+    return choose(hold, 1, geometry.boxes(slice));
 
   end function closed_width;
 
@@ -101,7 +103,7 @@ package body fir_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
-      largest := larger(largest, closed_width(M, hold) + (M - 1) * abs (geometry.shifts(i) - 1) -
+      largest := larger(largest, closed_width(geometry, i, hold) + (M - 1) * abs (geometry.shifts(i) - 1) -
                         own_delay(geometry, i));
 
     end loop;
@@ -152,14 +154,11 @@ package body fir_pkg is
     hold       : boolean;
     stage      : natural
   ) return natural is
-
-    constant M : positive := arithmetic.micro_image_size;
-
   begin
 
     -- The last tap's sum leaves at once and is not stored.
     return (tap_count(geometry, hold) - choose(hold, 0, 1)) *
-           bits_for(M * product_max(arithmetic, arithmetic.passes + stage));
+           bits_for(arithmetic.box * product_max(arithmetic, arithmetic.passes + stage));
 
   end function kept_bits;
 

@@ -13,7 +13,7 @@
 -- Latency: output_delay steps and stage_latency clocks (3; stored products 1 more, broadcast latches 1 more).
 -- Throughput: one token each clock.
 -- Equation: out(step) = S(step - DELAY + centre_offset) of data (STORED = false), or of round(data * 2**SCALE_BITS /
--- M), then rounded by DROP_BITS (STORED = true).
+-- B), B the box, then rounded by DROP_BITS (STORED = true).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -71,7 +71,7 @@ architecture rtl of fir_stage is
   constant DELAY        : natural  := GEOMETRY.output_delay;
   constant RESULT_BITS  : positive := SIZES.result_bits;
   constant PRODUCT_BITS : positive := bits_for(SIZES.product_max);
-  -- M inputs add to an output, in every slice.
+  -- The largest sum of a slice.
   constant SUM_MAX   : positive := SIZES.sum_max;
   constant SUM_BITS  : positive := bits_for(SUM_MAX);
   constant SLOT_BITS : positive := bits_for(DEPTH - 1);
@@ -280,7 +280,7 @@ begin
             VALUE_BITS   => SIZES.data_bits,
             PRODUCT_BITS => PRODUCT_BITS,
             SCALE_BITS   => SIZES.scale_bits,
-            DIVISOR      => GEOMETRY.micro_image_size
+            DIVISOR      => SIZES.box
           )
           port map (
             clk     => clk,

@@ -4,8 +4,8 @@
 -- Only taps that some slice closes have a column in the ROM. All other switches are always open.
 --
 -- Latency: 1 clock from enable. Throughput: one row each clock.
--- Equation: closed(w) = 1 for the neighbouring taps (M, with hold 1) whose delays TAPS-1-w begin at phase*(shift-1)
--- + origin of the slice.
+-- Equation: closed(w) = 1 for the neighbouring taps (those of the box, with hold 1) whose delays TAPS-1-w begin at
+-- phase*(shift-1) + origin of the slice.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -70,8 +70,8 @@ architecture rtl of switch_table is
         -- Taps count from the longest delay: the shortest delay is the last tap.
         last := TAPS - 1 - first_delay(GEOMETRY, s, p);
 
-        -- M neighbouring taps are closed, or with hold one.
-        for i in 0 to closed_width(GEOMETRY.micro_image_size, HOLD) - 1 loop
+        -- The taps of the box are closed, or with hold one.
+        for i in 0 to closed_width(GEOMETRY, s, HOLD) - 1 loop
 
           table.switches(s * 2 ** PHASE_BITS + p)(last - i) := '1';
 

@@ -36,7 +36,7 @@ entity switched_fir is
     HOLD : boolean;
     -- Largest input.
     DATA_MAX : natural;
-    -- Largest sum: M times the largest input.
+    -- Largest sum: as many times the largest input as the box has samples.
     SUM_MAX : positive;
     -- Taps that each latch of the input drives; 0: no latches.
     BROADCAST_TAPS : natural

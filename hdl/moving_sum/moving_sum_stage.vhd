@@ -142,7 +142,7 @@ begin
           VALUE_BITS   => SIZES.data_bits,
           PRODUCT_BITS => PRODUCT_BITS,
           SCALE_BITS   => SIZES.scale_bits,
-          DIVISOR      => GEOMETRY.micro_image_size
+          DIVISOR      => SIZES.box
         )
         port map (
           clk     => clk,

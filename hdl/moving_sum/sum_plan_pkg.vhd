@@ -45,8 +45,6 @@ package body sum_plan_pkg is
     stage      : natural
   ) return natural is
 
-    constant M : positive := arithmetic.micro_image_size;
-
     variable lines : natural;
     variable sums  : positive;
 
@@ -54,10 +52,11 @@ package body sum_plan_pkg is
 
     -- Pixels need two banks if they leave. Running and first sums are always kept; results too if outputs are
     -- held, and held first sums if a line begins within a group.
-    lines := bank_lines(geometry, any_rows, M) * choose(pixels_leave(geometry), 2, 1);
+    lines := bank_lines(geometry, any_rows, geometry.micro_image_size) * choose(pixels_leave(geometry), 2, 1);
     sums  := 2 + choose(holds_outputs(geometry), 1, 0) + choose(begins_within_group(geometry), 1, 0);
 
-    return lines * bits_for(product_max(arithmetic, stage)) + sums * bits_for(M * product_max(arithmetic, stage));
+    return lines * bits_for(product_max(arithmetic, stage)) +
+           sums * bits_for(arithmetic.box * product_max(arithmetic, stage));
 
   end function kept_bits;
 

@@ -46,6 +46,8 @@ entity focal_stack is
     INPUT_LINES : positive range 1 to 128 := 1;
     -- true: the core pushes the rest of a frame out when nothing follows; false: the next frame does.
     FLUSH : boolean := true;
+    -- As in raster_refocuser, for each slice.
+    BOX : string := "";
     -- As in raster_refocuser, for each slice; only with one pixel a clock.
     BORDER_NORMALISED : boolean := false;
     -- true: each frame has a chosen slice; its number goes beside all slices, to a depth_index with CHOSEN_TOO.
@@ -94,7 +96,8 @@ architecture rtl of focal_stack is
                               pixels_per_clock  => PIXELS_PER_CLOCK,
                               channels          => CHANNELS,
                               pixel_bits        => PIXEL_BITS,
-                              border_normalised => BORDER_NORMALISED
+                              border_normalised => BORDER_NORMALISED,
+                              box               => BOX
                             );
 
   signal order   : frame_order_t;

@@ -17,8 +17,8 @@
 -- With more rows or pixels, CoreConfiguration.latency_clocks of the Python package computes it.
 -- Throughput: PIXELS_PER_CLOCK pixels of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by
 -- itself (the last of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
--- Equation: out(k) = round(S2(k) / M**2) with EXACT, S2 being the refocusing sums of rows, then of columns. With stored
--- products: product = round(x * 2**F / M), intermediate image with G guard bits, rounded and saturated after each pass.
+-- Equation: out(k) = round(S2(k) / B**2) with EXACT, S2 being the refocusing sums of rows, then of columns. With stored
+-- products: product = round(x * 2**F / B), intermediate image with G guard bits, rounded and saturated after each pass.
 -- With BORDER_NORMALISED out(k) = round(S2(k) / weight(k)), the weight being S2 of a frame of ones; 0 where the weight
 -- is 0.
 
@@ -69,7 +69,11 @@ entity raster_refocuser is
     -- The weight of each slice's sharpening (lens_sharpener) in 64ths, 0 to 16, such as "4 0 4". The sharpener is only
     -- built for a weight above 0; it needs exact arithmetic and one row at a time.
     SHARPENING : string := "";
-    -- Near the border some views are missing. true: divide by the number of existing views; false: divide by M * M, as
+    -- The box B of each slice in samples, such as "3 5 3", or one for all; "" for M. A smaller box averages B of the M
+    -- views at an output, so the picture is less blurred where the slice is in focus. B is 1 to M and a multiple of
+    -- gcd(a', M); all are equal with stored products or sharpening.
+    BOX : string := "";
+    -- Near the border some views are missing. true: divide by the number of existing views; false: divide by B * B, as
     -- if missing views were black. true needs exact arithmetic, one row at a time, no sharpening.
     BORDER_NORMALISED : boolean := false;
     -- Taps that each latch of the broadcast net drives; 0: no latches, one register drives all taps.
@@ -129,7 +133,8 @@ architecture rtl of raster_refocuser is
                               any_rows            => ANY_ROWS,
                               sharpening          => SHARPENING,
                               border_normalised   => BORDER_NORMALISED,
-                              broadcast_taps      => BROADCAST_TAPS
+                              broadcast_taps      => BROADCAST_TAPS,
+                              box                 => BOX
                             );
 
   signal order   : frame_order_t;

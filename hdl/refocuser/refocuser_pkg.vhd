@@ -43,7 +43,8 @@ package refocuser_pkg is
     any_rows            : boolean  := false;
     sharpening          : string   := "";
     border_normalised   : boolean  := false;
-    broadcast_taps      : natural  := 0
+    broadcast_taps      : natural  := 0;
+    box                 : string   := ""
   ) return core_t;
 
   -- The core that the generics of focal_stack describe; refused like core_of.
@@ -56,7 +57,8 @@ package refocuser_pkg is
     pixels_per_clock  : positive := 1;
     channels          : positive := 1;
     pixel_bits        : positive := 8;
-    border_normalised : boolean  := false
+    border_normalised : boolean  := false;
+    box               : string   := ""
   ) return core_t;
 
 end package refocuser_pkg;
@@ -137,6 +139,16 @@ package body refocuser_pkg is
 
   end function engine_plan;
 
+  -- Whether all slices have a box of M.
+  function all_boxes_whole (
+    geometry : geometry_t
+  ) return boolean is
+  begin
+
+    return largest_box(geometry) = geometry.micro_image_size and not boxes_differ(geometry);
+
+  end function all_boxes_whole;
+
   -- Stops elaboration if the core cannot be built: what the engine cannot do at all, sizes, the content of its
   -- memories, in this order. Each message names what to change.
   function takes_core (
@@ -192,6 +204,24 @@ package body refocuser_pkg is
              "take smaller ones, or EXACT => false"
       severity failure;
 
+    -- Stored products are divided by the box before they are summed.
+    assert SIZES.exact or not boxes_differ(core.geometry)
+      report name & ": BOX must be the same for all slices without EXACT"
+      severity failure;
+
+    -- The sharpener limits and rounds sums for one divisor.
+    assert not core.sharpens or not boxes_differ(core.geometry)
+      report name & ": BOX must be the same for all slices with SHARPENING"
+      severity failure;
+
+    assert core.engine = fir or all_boxes_whole(core.geometry)
+      report name & ": BOX below MICRO_IMAGE_SIZE needs the ENGINE fir"
+      severity failure;
+
+    assert not core.normalised or all_boxes_whole(core.geometry)
+      report name & ": BOX below MICRO_IMAGE_SIZE cannot be combined with BORDER_NORMALISED"
+      severity failure;
+
     -- Guard bits are the highest of the fraction bits, so there cannot be more of them.
     assert SIZES.exact or SIZES.guard_bits <= SIZES.fraction_bits
       report name & ": GUARD_BITS exceeds FRACTION_BITS"
@@ -204,8 +234,8 @@ package body refocuser_pkg is
 
     -- A table of zeros would make every picture black without raising a fault.
     assert SIZES.exact or
-           scaled_quotient(2 ** SIZES.pixel_bits - 1, SIZES.fraction_bits, SIZES.micro_image_size) > 0
-      report name & ": all stored products are 0: take more FRACTION_BITS, or a smaller MICRO_IMAGE_SIZE"
+           scaled_quotient(2 ** SIZES.pixel_bits - 1, SIZES.fraction_bits, SIZES.box) > 0
+      report name & ": all stored products are 0: take more FRACTION_BITS, or a smaller MICRO_IMAGE_SIZE or BOX"
       severity failure;
 
     -- The sharpener works on unrounded sums in raster order.
@@ -277,7 +307,8 @@ package body refocuser_pkg is
     plan         := ENGINE;
     counted      := core;
     counted.plan := ENGINE;
-    plan.clocks  := ENGINE.sum_clocks + choose(core.arithmetic.exact, DIVIDE_LATENCY, 0);
+    plan.clocks  := ENGINE.sum_clocks + choose(core.arithmetic.exact, scaler_latency(weighted(core),
+                                                                                     core.arithmetic.pixel_bits), 0);
 
     if core.sharpens then
       plan.row_tokens   := ENGINE.row_tokens + divide_up(M, core.pixels);
@@ -338,10 +369,11 @@ package body refocuser_pkg is
     any_rows            : boolean  := false;
     sharpening          : string   := "";
     border_normalised   : boolean  := false;
-    broadcast_taps      : natural  := 0
+    broadcast_taps      : natural  := 0;
+    box                 : string   := ""
   ) return core_t is
 
-    constant PARSED : geometry_t := geometry_of(name, micro_image_size, shifts, centred);
+    constant PARSED : geometry_t := geometry_of(name, micro_image_size, shifts, centred, box);
     constant SHARP  : weights_t  := weights_of(name, sharpening, PARSED.slices);
 
   begin
@@ -352,12 +384,12 @@ package body refocuser_pkg is
         geometry   => PARSED,
         arithmetic =>
         (
-          exact            => exact,
-          micro_image_size => micro_image_size,
-          pixel_bits       => pixel_bits,
-          fraction_bits    => fraction_bits,
-          guard_bits       => guard_bits,
-          passes           => interpolation_order + 1
+          exact         => exact,
+          box           => largest_box(PARSED),
+          pixel_bits    => pixel_bits,
+          fraction_bits => fraction_bits,
+          guard_bits    => guard_bits,
+          passes        => interpolation_order + 1
         ),
         rows       => parallel_rows,
         pixels     => pixels_per_clock,
@@ -383,22 +415,26 @@ package body refocuser_pkg is
     pixels_per_clock  : positive := 1;
     channels          : positive := 1;
     pixel_bits        : positive := 8;
-    border_normalised : boolean  := false
+    border_normalised : boolean  := false;
+    box               : string   := ""
   ) return core_t is
+
+    constant PARSED : geometry_t := geometry_of(name, micro_image_size, shifts, centred, box);
+
   begin
 
     return planned(name,
       (
         engine     => stack,
-        geometry   => geometry_of(name, micro_image_size, shifts, centred),
+        geometry   => PARSED,
         arithmetic =>
         (
-          exact            => true,
-          micro_image_size => micro_image_size,
-          pixel_bits       => pixel_bits,
-          fraction_bits    => 0,
-          guard_bits       => 0,
-          passes           => 1
+          exact         => true,
+          box           => largest_box(PARSED),
+          pixel_bits    => pixel_bits,
+          fraction_bits => 0,
+          guard_bits    => 0,
+          passes        => 1
         ),
         rows       => 1,
         pixels     => pixels_per_clock,

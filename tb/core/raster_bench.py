@@ -6,7 +6,6 @@ Every pixel of every frame, of a stack every pixel of every slice, against the b
 
 import logging
 import random
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -129,15 +128,7 @@ class Bench:
                 if part is not None
             ]
             return np.dstack([*[image] * core.picture, index, *between])
-        return core.arithmetic.refocus(
-            frame,
-            core.micro_image_size,
-            shift=core.shifts[slice_],
-            align=core.align,
-            order=core.order,
-            sharpen=Fraction(core.weights[slice_], 64),
-            border=core.border,
-        )
+        return core.golden_slice(frame, slice_)
 
     def send_frame(self, frame: Frame) -> None:
         """Queue a frame and expect its refocused image."""

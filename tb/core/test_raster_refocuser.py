@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The raster core against the bit-true model, for all M, a' and both arithmetics."""
 
+import math
 import random
 from itertools import product
 
@@ -135,6 +136,26 @@ ARRAYS = [
         order=1,
         arithmetic=STORED_VARIANTS[2],
     ),
+    # Boxes: of each slice, with views in groups; with interpolation; of products; causal.
+    CoreConfiguration(
+        micro_image_size=4,
+        shifts=(2, -1, 3, 4),
+        boxes=(2, 3, 1, 4),
+        max_columns=15,
+        channels=3,
+        engine=FirEngine(parallel_rows=2),
+    ),
+    CoreConfiguration(micro_image_size=3, shifts=(-2, 4), boxes=(1, 2), max_columns=14, order=1),
+    CoreConfiguration(
+        micro_image_size=5,
+        shifts=(3, -3),
+        boxes=(2, 2),
+        max_columns=16,
+        arithmetic=STORED_VARIANTS[2],
+    ),
+    CoreConfiguration(
+        micro_image_size=6, shifts=(-3,), boxes=(3,), max_columns=17, align="causal", order=1
+    ),
 ]
 
 
@@ -148,6 +169,19 @@ def test_stalls_gaps_faults(part: int) -> None:
 @pytest.mark.parametrize("part", range(3))
 def test_array_slices_interpolation(part: int) -> None:
     run_cases([raster_case(core, thorough=True) for core in ARRAYS[part::3]])
+
+
+def draw_boxes(
+    rng: random.Random, m: int, shifts: tuple[int, ...], *, one: bool
+) -> tuple[int, ...]:
+    """A box for each slice, with `one` the same; or none."""
+    steps = [math.gcd(shift, m) for shift in shifts]
+    if rng.random() < 0.5:
+        return ()
+    if one:
+        shared = [box for box in range(1, m + 1) if not any(box % step for step in steps)]
+        return (rng.choice(shared),) * len(shifts)
+    return tuple(step * rng.randint(1, m // step) for step in steps)
 
 
 def random_core(rng: random.Random) -> CoreConfiguration:
@@ -166,9 +200,11 @@ def random_core(rng: random.Random) -> CoreConfiguration:
     if hold:
         shifts = tuple(2 * m * (shift // 6) for shift in shifts)
     rows = rng.choice([1, 1, 2, 3, m, rng.randint(1, 12)])
+    boxes = draw_boxes(rng, m, shifts, one=not isinstance(arithmetic, ExactArithmetic))
     return CoreConfiguration(
         micro_image_size=m,
         shifts=shifts,
+        boxes=boxes,
         max_columns=rng.randint(max(m, 4, 2 * rows), 3 * m + 8 + 2 * rows),
         channels=rng.choice([1, 3]),
         align=align,

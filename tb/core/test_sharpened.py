@@ -31,6 +31,9 @@ MORE = [
     ),
     CoreConfiguration(micro_image_size=2, shifts=(1,), max_columns=9, order=1, sharpening=(6,)),
     CoreConfiguration(
+        micro_image_size=5, shifts=(3, 1), boxes=(2, 2), max_columns=17, sharpening=(4, 0)
+    ),
+    CoreConfiguration(
         micro_image_size=3,
         shifts=(2, 4),
         max_columns=22,

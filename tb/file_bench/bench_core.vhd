@@ -30,6 +30,7 @@ entity bench_core is
     ENGINE              : string   := "fir";
     ANY_ROWS            : boolean  := false;
     SHARPENING          : string   := "";
+    BOX                 : string   := "";
     BORDER_NORMALISED   : boolean  := false;
     PIXELS_PER_CLOCK    : positive := 1;
     INPUT_LINES         : positive := 1;
@@ -108,6 +109,7 @@ begin
         ENGINE              => ENGINE,
         ANY_ROWS            => ANY_ROWS,
         SHARPENING          => SHARPENING,
+        BOX                 => BOX,
         BORDER_NORMALISED   => BORDER_NORMALISED,
         PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK
       )
@@ -182,6 +184,7 @@ begin
         CHANNELS          => CHANNELS,
         PIXEL_BITS        => PIXEL_BITS,
         INPUT_LINES       => INPUT_LINES,
+        BOX               => BOX,
         BORDER_NORMALISED => BORDER_NORMALISED,
         PIXELS_PER_CLOCK  => PIXELS_PER_CLOCK
       )

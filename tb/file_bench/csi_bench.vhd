@@ -51,6 +51,7 @@ entity csi_bench is
     ENGINE              : string   := "fir";
     ANY_ROWS            : boolean  := false;
     SHARPENING          : string   := "";
+    BOX                 : string   := "";
     BORDER_NORMALISED   : boolean  := false;
     PIXELS_PER_CLOCK    : positive := 1;
     -- Period of the lanes' clock in ps, its clocks in the file; words for the load port; place of red.
@@ -243,6 +244,7 @@ begin
       ENGINE              => ENGINE,
       ANY_ROWS            => ANY_ROWS,
       SHARPENING          => SHARPENING,
+      BOX                 => BOX,
       BORDER_NORMALISED   => BORDER_NORMALISED,
       PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK
     )

@@ -43,6 +43,7 @@ entity file_bench is
     ENGINE              : string   := "fir";
     ANY_ROWS            : boolean  := false;
     SHARPENING          : string   := "";
+    BOX                 : string   := "";
     BORDER_NORMALISED   : boolean  := false;
     PIXELS_PER_CLOCK    : positive := 1;
     INPUT_LINES         : positive := 1;
@@ -153,6 +154,7 @@ begin
       ENGINE              => ENGINE,
       ANY_ROWS            => ANY_ROWS,
       SHARPENING          => SHARPENING,
+      BOX                 => BOX,
       BORDER_NORMALISED   => BORDER_NORMALISED,
       PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
       INPUT_LINES         => INPUT_LINES,

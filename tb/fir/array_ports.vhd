@@ -24,6 +24,7 @@ entity array_ports is
     EXACT               : boolean  := true;
     FRACTION_BITS       : natural  := 0;
     GUARD_BITS          : natural  := 0;
+    BOX                 : string   := "";
     BROADCAST_TAPS      : natural  := 0
   );
   port (
@@ -63,8 +64,11 @@ architecture test of array_ports is
                               exact               => EXACT,
                               fraction_bits       => FRACTION_BITS,
                               guard_bits          => GUARD_BITS,
-                              broadcast_taps      => BROADCAST_TAPS
+                              broadcast_taps      => BROADCAST_TAPS,
+                              box                 => BOX
                             );
+
+  constant NO_WEIGHTS : std_logic_vector(weights_bits(CORE) - 1 downto 0) := (others => '0');
 
   signal token     : token_t;
   signal sum_token : tokens_t(0 to PARALLEL_ROWS - 1);
@@ -106,7 +110,7 @@ begin
       tokens      => sum_token,
       sums        => sums,
       line_end    => "1",
-      weights     => "0",
+      weights     => NO_WEIGHTS,
       results     => results,
       result_data => out_data
     );

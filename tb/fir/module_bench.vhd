@@ -61,6 +61,7 @@ begin
       (
         data_bits   => PIXEL_BITS,
         result_bits => PIXEL_BITS,
+        box         => MICRO_IMAGE_SIZE,
         stored      => true,
         scale_bits  => 0,
         product_max => PRODUCT_MAX,

@@ -57,5 +57,12 @@ def test_slices_and_idle_clocks() -> None:
         CoreConfiguration(
             micro_image_size=5, shifts=(7,), max_columns=6, engine=FirEngine(parallel_rows=9)
         ),
+        CoreConfiguration(
+            micro_image_size=4,
+            shifts=(-3, 2),
+            boxes=(3, 2),
+            max_columns=9,
+            engine=FirEngine(parallel_rows=3),
+        ),
     ]
     run_cases([array_case(core, core.max_columns, 2 * core.micro_image_size + 3) for core in cores])

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hunt of `raster_refocuser`: both engines, all generics."""
 
+import math
 import random
 from typing import Any
 
@@ -28,6 +29,8 @@ FAULTS = [
     ("divide_round.vhd", "HALF           : natural  := DIVISOR / 2;",
      "HALF           : natural  := (DIVISOR - 1) / 2;"),
     ("divide_weighted.vhd", "if unsigned(weight) = 0 then", "if unsigned(weight) = 1 then"),
+    # The box of slice 0 for all.
+    ("sum_tail.vhd", "CORE.geometry.boxes(s) ** (2", "CORE.geometry.boxes(0) ** (2"),
 ]  # fmt: skip
 
 
@@ -36,6 +39,16 @@ def draw(rng: random.Random) -> dict[str, Any]:
         generics = _draw(rng)
         if work(generics) < 9000:
             return {"generics": generics}
+
+
+def draw_box(rng: random.Random, m: int, shifts: list[int], *, one: bool) -> str:
+    """Text of BOX: none, one number for all slices, or one for each."""
+    steps = [math.gcd(shift, m) for shift in shifts]
+    shared = [box for box in range(1, m + 1) if not any(box % step for step in steps)]
+    kind = rng.choice(["none", "all", "all" if one else "each"])
+    if kind == "each":
+        return " ".join(str(step * rng.randint(1, m // step)) for step in steps)
+    return "" if kind == "none" else str(rng.choice(shared))
 
 
 def _draw(rng: random.Random) -> dict[str, Any]:
@@ -52,7 +65,10 @@ def _draw(rng: random.Random) -> dict[str, Any]:
     sharpening = ""
     if exact and parallel == 1 and rng.random() < 0.3:
         sharpening = " ".join(str(rng.choice([0, 1, 4, 16])) for _ in shifts)
-    plain = exact and parallel == 1 and not any(map(int, sharpening.split()))
+    sharpens = any(map(int, sharpening.split()))
+    plain = exact and parallel == 1 and not sharpens
+    box = draw_box(rng, m, shifts, one=not exact or sharpens) if engine == "fir" else ""
+    whole = all(int(number) == m for number in box.split())
     guard = 0 if exact else rng.randint(0, 4)
     return {
         "MICRO_IMAGE_SIZE": m,
@@ -72,7 +88,8 @@ def _draw(rng: random.Random) -> dict[str, Any]:
         "ENGINE": engine,
         "ANY_ROWS": engine == "moving_sum" and rng.random() < 0.5,
         "SHARPENING": sharpening,
-        "BORDER_NORMALISED": plain and rng.random() < 0.3,
+        "BOX": box,
+        "BORDER_NORMALISED": plain and whole and rng.random() < 0.3,
         "BROADCAST_TAPS": rng.choice([0, 0, 1, 3]) if engine == "fir" else 0,
     }
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Drawn generics: VHDL and Python refuse the same cores, and each refusal names a generic."""
 
+import math
 import random
 import re
 
@@ -20,6 +21,7 @@ SETS = ("-3", "0", "1", "2 5", "-1 0 1", "10 -10 5", "300", "4096", "-4096", "2 
 CHOICES: dict[str, tuple[int | str | bool, ...]] = {
     "SHIFTS": SETS,
     "SHARPENING": (" ", " ", "4", "0 4", "4 4 4", "x", "17"),
+    "BOX": (" ", " ", "1", "3", "1 2", "2 2 2", "0", "x"),
     "ENGINE": ("fir", "moving_sum", "moving_sum"),
     "OUTPUTS": ("r", "r", "rm", "rad", "x"),
     "COLOURS": (" ", "00ff00", "00ff00" * 2, "00ff00" * 3),
@@ -76,9 +78,20 @@ def draw_core(rng: random.Random) -> CoreConfiguration | None:
     sharpening = ()
     if rng.random() < 0.2 and not stack:
         sharpening = tuple(rng.choice([0, 3, 16]) for _ in shifts)
+    boxes = ()
+    if rng.random() < 0.3:
+        steps = [math.gcd(shift, m) for shift in shifts]
+        boxes = rng.choice(
+            [
+                tuple(step * rng.randint(1, m // step) for step in steps),
+                (steps[0] * rng.randint(1, m // steps[0]),) * len(shifts),
+                (rng.randint(1, m + 1),) * len(shifts),
+            ]
+        )
     return CoreConfiguration(
         micro_image_size=m,
         shifts=shifts,
+        boxes=boxes,
         max_columns=rng.choice([1, 2, 64, 640, 4096, 8192]),
         channels=rng.choice([1, 3]),
         pixel_bits=rng.choice([1, 8, 10, 12, 16]),

@@ -58,6 +58,8 @@ INNER: list[tuple[str, Generics, Generics]] = [
     ),
 ]
 
+TWO_BOXES = {"MICRO_IMAGE_SIZE": 4, "SHIFTS": "1 2", "BOX": "3 2", "EXACT": True}
+
 # Entity, accepted generics, changes of them, the generic that the message names.
 Case = tuple[str, Generics, Generics, str]
 REFUSED: list[Case] = [
@@ -84,8 +86,14 @@ REFUSED: list[Case] = [
             ({"SHARPENING": "4", "EXACT": False, "FRACTION_BITS": 4}, "SHARPENING"),
             ({**NORMALISED, "EXACT": False, "FRACTION_BITS": 4}, "BORDER_NORMALISED"),
             ({**NORMALISED, "SHARPENING": "4"}, "BORDER_NORMALISED"),
+            *(({"BOX": text}, "BOX") for text in ("0", "129", "2 2", "x")),
         )
     ),
+    *(("focal_stack", CORE, {"BOX": text}, "BOX") for text in ("0", "129", "2 2", "x")),
+    # A box within a group of views; boxes that differ with one divisor.
+    ("core_verdict", {**CORE, **TWO_BOXES}, {"BOX": "2 3"}, "BOX"),
+    ("core_verdict", {**CORE, **TWO_BOXES}, {"EXACT": False, "FRACTION_BITS": 4}, "BOX"),
+    ("core_verdict", {**CORE, **TWO_BOXES}, {"SHARPENING": "0 4"}, "BOX"),
     ("raster_refocuser", CORE, {"SHARPENING": "4", "PARALLEL_ROWS": 2}, "SHARPENING"),
     ("raster_refocuser", CORE, {**NORMALISED, "PARALLEL_ROWS": 2}, "BORDER_NORMALISED"),
     ("raster_refocuser", CORE, {"HOLD": True}, "HOLD"),

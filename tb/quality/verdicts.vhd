@@ -19,6 +19,7 @@ entity core_verdict is
     BROADCAST_TAPS      : natural := 1;
     SHIFTS              : string  := "";
     SHARPENING          : string  := "";
+    BOX                 : string  := "";
     ENGINE              : string  := "fir";
     CENTRED             : boolean := false;
     HOLD                : boolean := false;
@@ -51,7 +52,8 @@ architecture rtl of core_verdict is
                               any_rows            => ANY_ROWS,
                               sharpening          => SHARPENING,
                               border_normalised   => BORDER_NORMALISED,
-                              broadcast_taps      => BROADCAST_TAPS
+                              broadcast_taps      => BROADCAST_TAPS,
+                              box                 => BOX
                             );
 
 begin
@@ -71,6 +73,7 @@ entity stack_verdict is
     INPUT_LINES       : natural := 1;
     PIXELS_PER_CLOCK  : natural := 1;
     SHIFTS            : string;
+    BOX               : string  := "";
     CENTRED           : boolean;
     BORDER_NORMALISED : boolean := false
   );
@@ -88,7 +91,8 @@ architecture rtl of stack_verdict is
                               pixels_per_clock  => PIXELS_PER_CLOCK,
                               channels          => CHANNELS,
                               pixel_bits        => PIXEL_BITS,
-                              border_normalised => BORDER_NORMALISED
+                              border_normalised => BORDER_NORMALISED,
+                              box               => BOX
                             );
 
 begin

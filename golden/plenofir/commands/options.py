@@ -43,6 +43,7 @@ VARIABLES = {
     "PIXELS": "pixels",
     "INTERPOLATION": "interpolation",
     "SHARPEN": "sharpen",
+    "BOX": "box",
     "BORDER": "border",
     "ARITH": "arith",
     "FRACTION": "fraction",
@@ -71,6 +72,7 @@ _FIELDS = {
     "pixels_per_clock": "pixels",
     "arithmetic": "arith",
     "sharpening": "sharpen",
+    "boxes": "box",
     "fraction_bits": "fraction",
     "guard_bits": "guard",
 }
@@ -87,6 +89,7 @@ _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("sharpen", "engine", SLICE_ENGINE_NAMES),
     ("sharpen", "arith", ("exact",)),
     ("sharpen", "chain", ("core", "csi")),
+    ("box", "chain", ("core", "csi")),
     ("border", "arith", ("exact",)),
     ("border", "chain", ("core", "csi")),
     ("arith", "engine", SLICE_ENGINE_NAMES),
@@ -166,6 +169,21 @@ def arithmetic(kind: str, fraction: int | None, guard: int | None) -> "Arithmeti
             f"{guard_option} <= {fraction_option} <= 12",
             where=guard_option,
         ) from None
+
+
+def boxes_of(text: str | None, shifts: tuple[int, ...], where: str = "box") -> tuple[int, ...]:
+    """Samples of the box of each slice: one number for all, or one for each; empty for none."""
+    words = (text or "").replace(",", " ").split()
+    if not all(word.isdecimal() and word.isascii() for word in words):
+        raise InputError(f"{text!r} must be whole numbers of samples", where=where)
+    if len(words) not in (0, 1, len(shifts)):
+        raise InputError(
+            f"has {len(words)} numbers for {len(shifts)} focus settings; give one for all, or one "
+            "for each",
+            where=where,
+        )
+    numbers = tuple(map(int, words))
+    return numbers * len(shifts) if len(words) == 1 else numbers
 
 
 def focus_settings(
@@ -437,6 +455,15 @@ Box = Annotated[
         metavar="B",
         help="Average B of the M views along a dimension, a multiple of gcd(a M, M); M by default.",
         min=1,
+    ),
+]
+Boxes = Annotated[
+    str | None,
+    typer.Option(
+        "--box",
+        metavar="LIST",
+        help="Average B of the M views along a dimension: a multiple of gcd(a M, M) for all focus "
+        "settings, or one for each, with blanks or commas between them; M by default.",
     ),
 ]
 Upsample = Annotated[

@@ -53,6 +53,7 @@ _BY_SCENE = (
     "pixels",
     "interpolation",
     "sharpen",
+    "box",
     "border",
     "arith",
 )
@@ -115,6 +116,7 @@ class _Core:
     ] = "1"
     interpolation: options.Interpolation = "nearest"
     sharpen: options.Sharpen = "off"
+    box: options.Boxes = None
     border: options.Border = "zero"
     arith: options.Arith = "exact"
     fraction: options.FractionIfGiven = None
@@ -131,9 +133,17 @@ class _Core:
         """The core for a raw image, and the slices of the focus settings."""
         from plenofir.fpga.simulate.request import core_for_image
         from plenofir.refocus import interpolation_order, sharpening_units
+        from plenofir.refocus.operator import box_size
 
         order, m = interpolation_order(self.interpolation), self.micro_image
-        weights = [sharpening_units(self.sharpen, m, shift, order) for shift in shifts]
+        boxes = options.boxes_of(self.box, shifts)
+        # A box of M is the core's own.
+        boxes = boxes if any(box != m for box in boxes) else ()
+        # A box that cannot be is refused by its name here, before a weight follows from it.
+        weights = [
+            sharpening_units(self.sharpen, m, shift, order, box=box_size(m, shift, box))
+            for shift, box in zip(shifts, boxes or (None,) * len(shifts), strict=True)
+        ]
         return core_for_image(
             raw,
             chain,
@@ -142,6 +152,7 @@ class _Core:
             arithmetic=options.arithmetic(self.arith, self.fraction, self.guard),
             order=order,
             sharpening=tuple(weights) if any(weights) else (),
+            boxes=boxes,
             border=self.border,
             engine=_engine(
                 self.engine, self.parallel_rows, any_rows=self.any_rows, pixels=self.pixels

@@ -200,12 +200,14 @@ def _candidates(
     """Suitable cores in order of preference: best arithmetic first, then smallest."""
     scene, build = loaded.scene, loaded.scene.build
     m = scene.camera.micro_image_size
+    boxes = build.boxes(shifts, m)
     raster = CoreConfiguration(
         micro_image_size=m,
         shifts=shifts,
         max_columns=scene.frame.columns,
         channels=scene.frame.channels,
         pixel_bits=scene.frame.bits,
+        boxes=boxes,
         border=build.border,
     )
     if loaded.shown.needs_stack:
@@ -215,8 +217,11 @@ def _candidates(
         yield stack if build.path == "video" else stack.with_pixels()
         return
     order = interpolation_order(build.interpolation)
-    weights = tuple(sharpening_units(build.sharpen, m, shift, order) for shift in shifts)
-    exact_alone = any(weights) or build.border == "normalise"
+    weights = tuple(
+        sharpening_units(build.sharpen, m, shift, order, box=box)
+        for shift, box in zip(shifts, raster.slice_boxes, strict=True)
+    )
+    exact_alone = any(weights) or raster.weighted
     sharpening = weights if any(weights) else ()
     for arithmetic in _arithmetics(loaded):
         if exact_alone and not isinstance(arithmetic, ExactArithmetic):

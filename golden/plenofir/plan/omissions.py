@@ -59,7 +59,11 @@ def _largest_share(amounts: Mapping[str, int], device: Device) -> float:
 
 def automatic_sharpening(core: CoreConfiguration, shifts: tuple[int, ...]) -> tuple[int, ...]:
     """Weight of each slice for `auto`."""
-    return tuple(automatic_units(core.micro_image_size, shift, core.order) for shift in shifts)
+    m, boxes = core.micro_image_size, core.slice_boxes if shifts == core.shifts else ()
+    return tuple(
+        automatic_units(m, shift, core.order, box)
+        for shift, box in zip(shifts, boxes or (m,) * len(shifts), strict=True)
+    )
 
 
 def full_core(core: CoreConfiguration) -> CoreConfiguration:
@@ -71,6 +75,8 @@ def full_core(core: CoreConfiguration) -> CoreConfiguration:
     return core.model_copy(
         update={
             "shifts": shifts,
+            # No smaller box suits all of them.
+            "boxes": (),
             "sharpening": automatic_sharpening(core, shifts) if core.sharpens else (),
             "channels": _FULL_CHANNELS,
             "engine": engine.without_shortcuts() if isinstance(engine, SliceEngine) else engine,
@@ -88,7 +94,7 @@ def extent(core: CoreConfiguration) -> str:
 
 def _stored(core: CoreConfiguration) -> CoreConfiguration | None:
     """The core with stored products in place of the division, if it can be built."""
-    if core.sharpens or core.normalises or core.pixels_per_clock > 1:
+    if core.sharpens or core.weighted or core.pixels_per_clock > 1:
         return None
     guard = min(_STORED.guard_bits, 16 - core.pixel_bits)
     arithmetic = _STORED.model_copy(update={"guard_bits": guard})
@@ -106,7 +112,12 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
             f"{spare} of {len(full.shifts)} slices, {size - engine.extent(core)} of {size} "
             f"{engine.UNIT}",
             core.model_copy(
-                update={"shifts": full.shifts, "sharpening": full.sharpening, "engine": whole}
+                update={
+                    "shifts": full.shifts,
+                    "boxes": full.boxes,
+                    "sharpening": full.sharpening,
+                    "engine": whole,
+                }
             ),
         )
     if core.channels < full.channels:
@@ -117,12 +128,14 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
     for feature, other in engine.savings(core):
         yield feature, core.model_copy(update={"engine": other})
     weights = automatic_sharpening(core, core.shifts)
-    if core.exact and core.parallel_rows == 1 and any(weights) and not core.sharpens:
+    sharpenable = core.exact and core.parallel_rows == 1 and not core.boxes_differ
+    if sharpenable and any(weights) and not core.sharpens:
         yield (
             f"sharpening, {2 * core.micro_image_size} lines of sums",
             core.model_copy(update={"sharpening": weights}),
         )
-    if core.exact and core.parallel_rows == 1 and not core.sharpens and not core.normalises:
+    normalisable = core.exact and core.parallel_rows == 1 and not core.smaller_box
+    if normalisable and not core.sharpens and not core.normalises:
         yield _BORDER, core.model_copy(update={"border": "normalise"})
     if core.order == 0:
         yield "linear interpolation", core.model_copy(update={"order": 1})
@@ -141,7 +154,7 @@ def _stack_left_out(core: CoreConfiguration, screen: Screen, device: Device) -> 
     blocks = screen.blocks(core)
     spare = len(full.shifts) - len(core.shifts)
     if spare > 0:
-        wide = core.model_copy(update={"shifts": full.shifts})
+        wide = core.model_copy(update={"shifts": full.shifts, "boxes": full.boxes})
         lines = core.engine.lines(wide) - core.engine.lines(core)
         feature = f"{spare} of {len(full.shifts)} slices, {lines} of {extent(wide)}"
         yield _left_out(feature, screen.blocks(wide), blocks, device)

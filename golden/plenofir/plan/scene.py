@@ -3,6 +3,7 @@
 
 import tomllib
 from fractions import Fraction
+from functools import partial
 from math import inf
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -34,6 +35,7 @@ from plenofir.plan.scene_stack import SceneStack
 from plenofir.plan.sensor.scene_lanes import SceneLanes, load_registers
 from plenofir.plan.sensor.scene_sensor import SceneSensor, SensorChip, sensor_chip
 from plenofir.refocus import Border
+from plenofir.refocus.operator import box_size
 from plenofir.refocus.sharpening import WEIGHT_ADVICE, check_sharpen, sharpening_units
 from plenofir.refocus.shifts import focus_to_shift
 
@@ -139,6 +141,9 @@ class SceneDepth(_Part):
         return self
 
 
+Box = Annotated[int, Field(ge=1, le=MAX_MICRO_IMAGE_SIZE)]
+
+
 class SceneBuild(_Part):
     """How it is to be computed, and where."""
 
@@ -151,6 +156,9 @@ class SceneBuild(_Part):
     # "off", "auto" or the weight b, such as "1/16", of taps a lens apart that sharpen what
     # refocusing between integer a blurs; with exact arithmetic, one row at a time, path "core".
     sharpen: str = "off"
+    # Samples B of the box that each output averages along a dimension, M by default: one number, or
+    # one for each of depth.slices; a multiple of gcd(a M, M). On the path "core".
+    box: Box | tuple[Box, ...] | None = None
     # "normalise": near the border, where not all views reach, divide by the number that do; "zero":
     # count the others as black. With exact arithmetic, one row at a time, path "core", no sharpen.
     border: Border = "zero"
@@ -172,6 +180,25 @@ class SceneBuild(_Part):
     # File (relative to the scene file) of an EDID that the board serves instead of its own; for the
     # path "video".
     edid: Annotated[str, Field(min_length=1)] | None = None
+
+    @field_validator("box", mode="before")
+    @classmethod
+    def _list_to_tuple(cls, content: Any) -> Any:
+        return tuple(content) if isinstance(content, list) else content
+
+    def boxes(self, shifts: tuple[int, ...], micro_image_size: int) -> tuple[int, ...]:
+        """Box of each slice; empty if all are M."""
+        boxes = self.box if isinstance(self.box, tuple) else (self.box,) * len(shifts)
+        try:
+            if len(boxes) != len(shifts):
+                raise InputError(
+                    f"has {len(boxes)} numbers for {len(shifts)} slices; give one for all, or one "
+                    "for each"
+                )
+            whole = tuple(map(partial(box_size, micro_image_size), shifts, boxes))
+        except InputError as error:
+            raise InputError(error.problem, where="build.box") from None
+        return whole if min(whole) < micro_image_size else ()
 
     @field_validator("device")
     @classmethod
@@ -202,6 +229,7 @@ class SceneBuild(_Part):
             (sharpens and stored, "sharpen needs exact sums: arithmetic = 'exact' or 'auto'"),
             (sharpens and rows, "sharpen needs parallel_rows = 1"),
             (sharpens and video, "sharpen needs path = 'core'"),
+            (self.box is not None and video, "box needs path = 'core'"),
             (normalises and stored, "border = 'normalise' needs arithmetic = 'exact' or 'auto'"),
             (normalises and rows, "border = 'normalise' needs parallel_rows = 1"),
             (normalises and video, "border = 'normalise' needs path = 'core'"),

@@ -124,7 +124,8 @@ class ExactArithmetic(BaseModel):
     def error_bound(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> Fraction:
         """Largest possible distance from the real-valued operator, in grey levels.
 
-        Result: half a grey level (odd divisors stay below it).
+        With a box of B samples B takes the place of M. Result: half a grey level (odd divisors
+        stay below it).
         """
         divisor = micro_image_size ** (2 * (order + 1))
         return Fraction(divisor // 2, divisor)
@@ -159,6 +160,7 @@ class StoredProductArithmetic(BaseModel):
         order: int = 0,
         sharpen: Sharpen = "off",
         border: Border = "zero",
+        box: int | None = None,
     ) -> Image:
         """Refocus an image as the hardware does.
 
@@ -174,7 +176,8 @@ class StoredProductArithmetic(BaseModel):
             )
         asked = shift
         raw, micro_image_size, shift, order = _checked(raw, micro_image_size, shift, order)
-        if sharpening_units(sharpen, micro_image_size, asked, order):
+        box = box_size(micro_image_size, asked, box)
+        if sharpening_units(sharpen, micro_image_size, asked, order, box=box):
             raise InputError("stored products cannot be sharpened; use exact sums", where="sharpen")
         check_align(align)
         pixel_bits = 8 * raw.dtype.itemsize
@@ -186,12 +189,14 @@ class StoredProductArithmetic(BaseModel):
         image: Sums = raw.astype(np.int64)
         for number, (axis, pass_shift) in enumerate(passes):
             products = (
-                self._products(micro_image_size, pixel_bits, self.fraction_bits)
+                self._products(box, pixel_bits, self.fraction_bits)
                 if number == first
-                else self._products(micro_image_size, middle_bits, drop_bits)
+                else self._products(box, middle_bits, drop_bits)
             )[image]
-            offset = output_offset(micro_image_size, pass_shift, align)
-            sums = gather_sums(products, micro_image_size, pass_shift, axis=axis, offset=offset)
+            offset = output_offset(micro_image_size, pass_shift, align, box)
+            sums = gather_sums(
+                products, micro_image_size, pass_shift, axis=axis, offset=offset, box=box
+            )
             image = (
                 round_saturate(sums, self.fraction_bits, pixel_bits)
                 if number == last
@@ -257,20 +262,24 @@ def error_against_operator(
     order: int = 0,
     units: int = 0,
     border: Border = "zero",
+    box: int | None = None,
 ) -> npt.NDArray[np.float64]:
-    """Distance of a refocused image from the real-valued operator, S2 / M^2 without interpolation.
+    """Distance of a refocused image from the real-valued operator, S2 / B^2 without interpolation.
 
     `image`: refocused image. `raw`: the raw image it was made from. `units`: 64 b of the
     sharpening; what it makes of the operator is limited to the range of the pixels. `border`:
-    normalised (without sharpening), S2 is divided by the weight that reached it. Result: image - S2
-    / M^(2 + 2 order) in grey levels, shape of `image`.
+    normalised (without sharpening), S2 is divided by the weight that reached it. `box`: samples B
+    of the box, M if None. Result: image - S2 / B^(2 + 2 order) in grey levels, shape of `image`.
     """
-    sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order)
+    box = box_size(micro_image_size, shift, box)
+    sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order, box=box)
     if border == "normalise":
         ones = np.ones(raw.shape[:2] + (1,) * (raw.ndim - 2), np.uint8)
-        weights = refocus_sums(ones, micro_image_size, shift=shift, align=align, order=order)
+        weights = refocus_sums(
+            ones, micro_image_size, shift=shift, align=align, order=order, box=box
+        )
         return image.astype(np.int64) - sums / np.maximum(weights, 1)
     sums = sharpened_sums(sums, micro_image_size, units)
-    divisor = int(micro_image_size ** (2 * (order + 1))) * taps(units).scale ** 2
+    divisor = int(box ** (2 * (order + 1))) * taps(units).scale ** 2
     sums = np.clip(sums, 0, divisor * int(np.iinfo(raw.dtype).max))
     return (image.astype(np.int64) * divisor - sums) / divisor

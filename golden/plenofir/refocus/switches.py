@@ -2,7 +2,8 @@
 """The operator as the switch-controlled semi-systolic FIR filter (section 6.1.1 of the thesis).
 
 The pixel is broadcast to W taps; tap w delays it by W-1-w steps. A pixel of phase p = k mod M is
-added by the M neighbouring taps whose delay lies in p (a'-1) + o .. p (a'-1) + o + M-1.
+added by the B neighbouring taps whose delay lies in p (a'-1) + o .. p (a'-1) + o + B-1, B the box
+(`plenofir.refocus.operator`), M in the thesis.
 
 One filter serves a set of shifts, one of which is selected at run time. All slices have the largest
 of their output delays, so that the position of a tap determines the output of its partial sum for
@@ -21,47 +22,55 @@ from plenofir.refocus.operator import Align, output_offset
 SwitchMatrix = npt.NDArray[np.bool_]
 
 
-def _tap_origin(micro_image_size: int, shift: int) -> int:
-    """Delay o of the tap that yields S[k] at step k in a filter for a single shift."""
-    return 0 if shift >= 1 else (micro_image_size - 1) * (1 - shift)
-
-
-def _own_delay(micro_image_size: int, shift: int, align: Align) -> int:
-    """Output delay of a filter for a single shift."""
-    return _tap_origin(micro_image_size, shift) + output_offset(micro_image_size, shift, align)
-
-
 @dataclass(frozen=True)
 class FilterLayout:
     """Taps and switches of a filter for a set of shifts.
 
     `shifts`: the set of a' in pixels; a slice is an index into it. `hold`: whether the first output
     of each micro image is computed and held for the others (the write enable of Eq. 6.7). A phase
-    then closes one switch instead of M.
+    then closes one switch instead of B. `boxes`: the box B of each slice; empty: M for all.
     """
 
     micro_image_size: int
     shifts: tuple[int, ...]
     align: Align = "centred"
     hold: bool = False
+    boxes: tuple[int, ...] = ()
+
+    def box(self, slice_: int) -> int:
+        """Samples B of a slice's box."""
+        return self.boxes[slice_] if self.boxes else self.micro_image_size
+
+    def offset(self, slice_: int) -> int:
+        """Index of S that output 0 of a slice takes."""
+        shift, box = self.shifts[slice_], self.box(slice_)
+        return output_offset(self.micro_image_size, shift, self.align, box)
+
+    def _own_delay(self, slice_: int) -> int:
+        """Output delay of a filter for a single slice: S[k] leaves tap o at step k."""
+        origin = (self.micro_image_size - 1) * max(1 - self.shifts[slice_], 0)
+        return origin + self.offset(slice_)
+
+    def _width(self, slice_: int) -> int:
+        """Switches that a phase closes."""
+        return 1 if self.hold else self.box(slice_)
 
     @property
-    def _width(self) -> int:
-        """Switches that a phase closes."""
-        return 1 if self.hold else self.micro_image_size
+    def _slices(self) -> range:
+        return range(len(self.shifts))
 
     @property
     def delay(self) -> int:
         """Steps from a pixel to the output of the same index (rows: pixels, columns: lines)."""
-        return max(_own_delay(self.micro_image_size, shift, self.align) for shift in self.shifts)
+        return max(map(self._own_delay, self._slices))
 
     @property
     def taps(self) -> int:
-        """Number of taps W, for one shift M + (M-1) |a'-1|; with hold M-1 less."""
+        """Number of taps W, for one shift B + (M-1) |a'-1|; with hold B-1 less."""
         m = self.micro_image_size
         behind = (
-            self._width + (m - 1) * abs(shift - 1) - _own_delay(m, shift, self.align)
-            for shift in self.shifts
+            self._width(s) + (m - 1) * abs(self.shifts[s] - 1) - self._own_delay(s)
+            for s in self._slices
         )
         return self.delay + max(behind)
 
@@ -69,9 +78,7 @@ class FilterLayout:
     def can_hold(self) -> bool:
         """Whether the M outputs of every micro image are equal in all slices."""
         m = self.micro_image_size
-        return all(
-            shift % m == 0 and output_offset(m, shift, self.align) % m == 0 for shift in self.shifts
-        )
+        return all(self.shifts[s] % m == 0 and self.offset(s) % m == 0 for s in self._slices)
 
     @cached_property
     def switches(self) -> SwitchMatrix:
@@ -79,12 +86,11 @@ class FilterLayout:
         m = self.micro_image_size
         phase = np.arange(m)[None, :, None]
         shift = np.array(self.shifts)[:, None, None]
-        origin = [
-            _tap_origin(m, s) + self.delay - _own_delay(m, s, self.align) for s in self.shifts
-        ]
+        origin = [self.delay - self.offset(s) for s in self._slices]
+        width = np.array([self._width(s) for s in self._slices])[:, None, None]
         first = phase * (shift - 1) + np.array(origin)[:, None, None]
         delay = self.taps - 1 - np.arange(self.taps)[None, None, :]
-        closed: SwitchMatrix = (delay >= first) & (delay < first + self._width)
+        closed: SwitchMatrix = (delay >= first) & (delay < first + width)
         return closed
 
     @property

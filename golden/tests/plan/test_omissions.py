@@ -30,6 +30,25 @@ def test_border_is_weighed(tmp_path: Path) -> None:
     assert not any("border" in part.what for part in whole.left_out)
 
 
+def test_smaller_boxes_need_less(tmp_path: Path) -> None:
+    slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["3/5", "-1/5"]')
+    plain, boxed = (
+        make_plan(scene(tmp_path, slices, build=f'engine = "fir"\n{more}'))
+        for more in ("", "box = [2, 3]")
+    )
+    assert boxed.core.slice_boxes == (2, 3)
+    assert boxed.core.generics()["BOX"] == "2 3"
+    assert "BOX" not in plain.core.generics()
+    assert boxed.core.taps < plain.core.taps
+    assert boxed.core.line_buffer_bits < plain.core.line_buffer_bits
+    with pytest.raises(InputError, match=r"^build\.box: has 3 numbers for 2 slices"):
+        make_plan(scene(tmp_path, slices, build="box = [2, 3, 1]"))
+    # Views of a whole number a meet in groups of M.
+    whole = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["1"]')
+    with pytest.raises(InputError, match=r"^build\.box: must be a multiple of gcd"):
+        make_plan(scene(tmp_path, whole, build="box = 2"))
+
+
 def test_sharpening_is_weighed(tmp_path: Path) -> None:
     slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["3/5", "1"]')
     plain = make_plan(scene(tmp_path, slices))

@@ -314,6 +314,8 @@ def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
         ("[build]", '[build]\nsharpen = "1/16"\narithmetic = "stored"', r"needs exact sums"),
         ("[build]", '[build]\nsharpen = "auto"\npath = "video"', r"sharpen needs path = 'core'"),
         ("[build]", '[build]\nborder = "mirror"', r"build\.border"),
+        ("[build]", "[build]\nbox = 0", r"build\.box"),
+        ("[build]", '[build]\nbox = 2\npath = "video"', r"box needs path = 'core'"),
         ("[build]", '[build]\nborder = "normalise"\nparallel_rows = 2', r"needs parallel_rows = 1"),
         (
             "[build]",

@@ -1,21 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reference of `raster_refocuser`, from its definitions: docs/core.md, docs/golden-model.md.
 
-S[k'] = sum over u of x[M floor((k' - u a') / M) + u], outside the picture x = 0; output pixel k is
-S[k + floor((M-1) a' / 2)] if centred. Rows first, then columns; each order of interpolation is
-once more the operator with a' = 1.
+S[k'] = sum over u of x[M floor((k' - u a') / M) + u] where (k' - u a') mod M is below the box B,
+outside the picture x = 0; output pixel k is S[k + floor((M-1) a' / 2) - floor((M-B) / 2)] if
+centred. Rows first, then columns; each order of interpolation is once more the operator with
+a' = 1.
 """
 
 import numpy as np
 
 
-def sums(x: np.ndarray, m: int, shift: int, centred: bool) -> np.ndarray:
+def sums(x: np.ndarray, m: int, box: int, shift: int, centred: bool) -> np.ndarray:
     """The operator along axis 0."""
-    k = np.arange(len(x)) + ((m - 1) * shift // 2 if centred else 0)
+    k = np.arange(len(x)) + ((m - 1) * shift // 2 - (m - box) // 2 if centred else 0)
     out = np.zeros_like(x)
     for u in range(m):
         place = m * ((k - u * shift) // m) + u
-        inside = (place >= 0) & (place < len(x))
+        inside = (place >= 0) & (place < len(x)) & ((k - u * shift) % m < box)
         out[inside] += x[place[inside]]
     return out
 
@@ -33,12 +34,12 @@ def sharpened(x: np.ndarray, m: int, side: int) -> np.ndarray:
     return (64 + 2 * side) * x - side * (before + behind)
 
 
-def picture_sums(x: np.ndarray, m: int, passes: list[int], centred: bool) -> np.ndarray:
+def picture_sums(x: np.ndarray, m: int, box: int, passes: list[int], centred: bool) -> np.ndarray:
     """The operator along rows, then along columns."""
     for axis in (1, 0):
         x = np.swapaxes(x, 0, axis)
         for shift in passes:
-            x = sums(x, m, shift, centred)
+            x = sums(x, m, box, shift, centred)
         x = np.swapaxes(x, 0, axis)
     return x
 
@@ -47,15 +48,17 @@ def refocused(raw: np.ndarray, g: dict, slice_: int) -> np.ndarray:
     """The picture (rows, columns, channels) that the core with generics `g` makes of a frame."""
     m, bits = g["MICRO_IMAGE_SIZE"], g["PIXEL_BITS"]
     passes = [int(g["SHIFTS"].split()[slice_])] + [1] * g["INTERPOLATION_ORDER"]
+    boxes = g["BOX"].split()
+    box = int(boxes[slice_ if boxes[1:] else 0]) if boxes else m
     x = raw.astype(np.int64)
     if g["EXACT"]:
         if g["BORDER_NORMALISED"]:
             # Divide by the sums of a picture of ones; 0 where these are 0.
-            weight = picture_sums(np.ones_like(x), m, passes, g["CENTRED"])
-            x = picture_sums(x, m, passes, g["CENTRED"])
+            weight = picture_sums(np.ones_like(x), m, box, passes, g["CENTRED"])
+            x = picture_sums(x, m, box, passes, g["CENTRED"])
             return (2 * x + weight) // np.maximum(2 * weight, 1)
-        x = picture_sums(x, m, passes, g["CENTRED"])
-        divisor = m ** (2 * len(passes))
+        x = picture_sums(x, m, box, passes, g["CENTRED"])
+        divisor = box ** (2 * len(passes))
         side = int(g["SHARPENING"].split()[slice_]) if g["SHARPENING"] else 0
         if side:
             x = sharpened(x, m, side)
@@ -65,8 +68,8 @@ def refocused(raw: np.ndarray, g: dict, slice_: int) -> np.ndarray:
     fraction, guard = g["FRACTION_BITS"], g["GUARD_BITS"]
     steps = [(axis, shift) for axis in (1, 0) for shift in passes]
     for n, (axis, shift) in enumerate(steps):
-        x = half_up(x << (fraction if n == 0 else fraction - guard), m)
-        x = np.swapaxes(sums(np.swapaxes(x, 0, axis), m, shift, g["CENTRED"]), 0, axis)
+        x = half_up(x << (fraction if n == 0 else fraction - guard), box)
+        x = np.swapaxes(sums(np.swapaxes(x, 0, axis), m, box, shift, g["CENTRED"]), 0, axis)
         final = n == len(steps) - 1
         x = half_up(x, 1 << (fraction if final else fraction - guard))
         x = np.minimum(x, (1 << (bits if final else bits + guard)) - 1)

@@ -129,10 +129,12 @@ def camera_generics(core: CoreConfiguration, top: str) -> dict[str, Value]:
     """Generics of a top level with a camera that mean a configuration of the refocuser.
 
     Channels and bits stand in ``camera_pkg``. Refused is what `camera_refocuser` has not: several
-    rows at once, sharpening, normalised borders, other than centred outputs.
+    rows at once, sharpening, boxes below M, normalised borders, other than centred outputs.
     """
     defaults, values = default_generics(top), core.generics()
-    plain = core.model_copy(update={"align": "centred", "sharpening": (), "border": "zero"})
+    plain = core.model_copy(
+        update={"align": "centred", "sharpening": (), "boxes": (), "border": "zero"}
+    )
     if plain != core or core.parallel_rows != 1 or values.get("ANY_ROWS", False):
         raise _no_such_refocuser(top)
     pixels = {"PIXELS_PER_CLOCK": 1} if "PIXELS_PER_CLOCK" in defaults else {}
@@ -142,7 +144,7 @@ def camera_generics(core: CoreConfiguration, top: str) -> dict[str, Value]:
 def _no_such_refocuser(top: str) -> InputError:
     return InputError(
         "has no such refocuser; it takes three channels of 8 bits (a camera any), one row at once, "
-        "centred outputs, no sharpening and borders of zero",
+        "centred outputs, no sharpening, boxes of M and borders of zero",
         where=top,
     )
 

@@ -21,7 +21,7 @@ _STAGE_CLOCKS = 10
 
 def scaler_clocks(raster: Raster) -> int:
     """Clocks of the scaler that makes pixels of exact sums (refocus_pkg.scaler_latency)."""
-    return raster.pixel_bits + 1 if raster.normalises else DIVIDE_CLOCKS
+    return raster.pixel_bits + 1 if raster.weighted else DIVIDE_CLOCKS
 
 
 def weights_clocks(raster: Raster, pixels_per_clock: int) -> int:
@@ -36,18 +36,18 @@ def weights_clocks(raster: Raster, pixels_per_clock: int) -> int:
 
 
 def weight_bits(raster: Raster) -> int:
-    return int(raster.micro_image_size ** (2 * raster.passes)).bit_length()
+    return int(raster.largest_box ** (2 * raster.passes)).bit_length()
 
 
 def border_blocks(raster: Raster, pixels_per_clock: int) -> Iterator[Block]:
-    """Block of the counts and the division, for the estimate; none without a normalised border."""
-    if not raster.normalises:
+    """Block of the counts and the division by weights, for the estimate; none without weights."""
+    if not raster.weighted:
         return
     parts = Counter[str]()
     several = pixels_per_clock > 1
-    for number in range(raster.passes):
+    for number in range(raster.passes if raster.normalises else 0):
         layout = SumLayout(raster.micro_image_size, raster.pass_shifts(number), raster.align)
-        count_bits = (raster.micro_image_size**raster.passes).bit_length()
+        count_bits = int(raster.largest_box**raster.passes).bit_length()
         parts += Counter(
             {
                 "stages": 2,
@@ -64,7 +64,8 @@ def border_blocks(raster: Raster, pixels_per_clock: int) -> Iterator[Block]:
     flip_flops = channels * (pixel * (bits + 1) + 5) + pixel * bits
     parts["division LUTs"] = pixels_per_clock * lut
     parts["division flip-flops"] = pixels_per_clock * flip_flops
-    multipliers = dict.fromkeys(MULTIPLYING, pixels_per_clock * (bits >= _DSP_LEAST_BITS))
+    products = raster.normalises and bits >= _DSP_LEAST_BITS
+    multipliers = dict.fromkeys(MULTIPLYING, pixels_per_clock * products)
     yield Block("border", parts, multipliers=multipliers)
 
 

@@ -31,7 +31,7 @@ from plenofir.fpga.names import DEFAULT_ENGINE, SliceEngineName
 from plenofir.fpga.resources.estimate import Block
 from plenofir.ground.errors import InputError
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
-from plenofir.refocus.operator import Image
+from plenofir.refocus.operator import Image, box_size
 from plenofir.refocus.sharpening import WEIGHT_UNITS
 
 MAX_MICRO_IMAGE_SIZE = 128
@@ -109,7 +109,10 @@ class CoreConfiguration(Raster):
         if self.sharpens or self.normalises:
             # One rounding; an even divisor can be off by exactly one half.
             return Fraction(1, 2)
-        return self.arithmetic.error_bound(self.micro_image_size, self.pixel_bits, self.order)
+        return max(
+            self.arithmetic.error_bound(box, self.pixel_bits, self.order)
+            for box in self.slice_boxes
+        )
 
     @property
     def array_clocks(self) -> int:
@@ -210,20 +213,19 @@ class CoreConfiguration(Raster):
 
         InputError if the sums could wrap around.
         """
-        m, order = self.micro_image_size, self.order
-        return np.stack(
-            [
-                self.arithmetic.refocus(
-                    raw,
-                    m,
-                    shift=shift,
-                    align=self.align,
-                    order=order,
-                    sharpen=Fraction(weight, WEIGHT_UNITS),
-                    border=self.border,
-                )
-                for shift, weight in zip(self.shifts, self.weights, strict=True)
-            ]
+        return np.stack([self.golden_slice(raw, slice_) for slice_ in range(len(self.shifts))])
+
+    def golden_slice(self, raw: Image, slice_: int) -> Image:
+        """Refocus a raw image to one slice, as the core does; errors as `golden`."""
+        return self.arithmetic.refocus(
+            raw,
+            self.micro_image_size,
+            shift=self.shifts[slice_],
+            align=self.align,
+            order=self.order,
+            sharpen=Fraction(self.weights[slice_], WEIGHT_UNITS),
+            border=self.border,
+            box=self.slice_boxes[slice_],
         )
 
     def generics(self) -> Generics:
@@ -236,6 +238,9 @@ class CoreConfiguration(Raster):
             "CHANNELS": self.channels,
             "PIXEL_BITS": self.pixel_bits,
         }
+        if self.smaller_box:
+            boxes = self.slice_boxes if self.boxes_differ else self.slice_boxes[:1]
+            values["BOX"] = " ".join(map(str, boxes))
         if self.normalises:
             values["BORDER_NORMALISED"] = True
         return values | self.engine.generics(self)
@@ -249,14 +254,15 @@ class CoreConfiguration(Raster):
     def _products(self) -> tuple[tuple[int, int, int], ...]:
         """Number of products with a reciprocal, and the bits of both factors.
 
-        None for stored products and for M of a power of two; those of a normalised border are in
+        None for stored products and for B of a power of two; divisions by weights are in
         `border_blocks`.
         """
-        m, divisor = self.micro_image_size, self.micro_image_size ** (2 * self.order + 2)
+        box = self.largest_box
+        divisor = box ** (2 * self.order + 2)
         shifted = divisor & (divisor - 1) == 0
-        if not isinstance(self.arithmetic, ExactArithmetic) or self.normalises or shifted:
+        if not isinstance(self.arithmetic, ExactArithmetic) or self.weighted or shifted:
             return ()
-        largest = self.arithmetic.largest_sum(m, self.pixel_bits, self.order)
+        largest = self.arithmetic.largest_sum(box, self.pixel_bits, self.order)
         number = self.channels * self.parallel_rows * self.pixels_per_clock
         slices = self.engine.slices_at_once(self)
         return ((number * slices, *reciprocal_bits(largest, divisor)),)
@@ -268,7 +274,9 @@ class CoreConfiguration(Raster):
         # The FIFO of slices beside the input FIFO.
         parts = {**engine.structure(self), "waiting slices": int(len(self.shifts) > 1)}
         memories = (*engine.memories(self), *engine.fifos(self, self.array_clocks))
-        borders = (border_blocks(self, p) for _ in range(engine.slices_at_once(self)))
+        borders = (
+            border_blocks(self, p * self.parallel_rows) for _ in range(engine.slices_at_once(self))
+        )
         return (
             Block(engine.kind, parts, memories, self._products()),
             *sharpener_blocks(self, p),
@@ -283,6 +291,29 @@ class CoreConfiguration(Raster):
                 f"{engine.kind}: row_tokens, {engine.row_tokens(self)} of {p} pixels, are shorter "
                 f"than the delay of {self.delay} pixels",
                 where="engine",
+            )
+
+    def _check_boxes(self) -> None:
+        """Refuse boxes with what cannot have them."""
+        if self.boxes_differ and not self.exact:
+            raise InputError(
+                "must be the same for all slices with stored products; use exact arithmetic",
+                where="box",
+            )
+        if self.boxes_differ and self.sharpens:
+            raise InputError(
+                "must be the same for all slices with sharpening; use one box, or no sharpening",
+                where="box",
+            )
+        if self.smaller_box and self.engine.kind != "fir":
+            raise InputError(
+                f"below M needs the engine fir, not {self.engine.kind}; use M, or fir",
+                where="box",
+            )
+        if self.smaller_box and self.normalises:
+            raise InputError(
+                "below M cannot be combined with a normalised border; use M, or border zero",
+                where="box",
             )
 
     def check_limits(self) -> None:
@@ -301,6 +332,9 @@ class CoreConfiguration(Raster):
         if len(self.shifts) > MAX_SLICES:
             size = f"a set of {len(self.shifts)} slices"
             raise refuse(size, "shifts", f"{MAX_SLICES}")
+        for shift, box in zip(self.shifts, self.slice_boxes, strict=True):
+            box_size(m, shift, box)
+        self._check_boxes()
         self.engine.check(self)
         self._check_plan()
         if self.sharpens:
@@ -310,12 +344,14 @@ class CoreConfiguration(Raster):
         if abs(largest_shift) > MAX_SHIFT:
             raise refuse(f"a' = {largest_shift}", "shifts", f"-{MAX_SHIFT} to {MAX_SHIFT}")
         if isinstance(self.arithmetic, ExactArithmetic):
-            largest = self.arithmetic.largest_sum(m, self.pixel_bits, self.order)
+            box = self.largest_box
+            largest = self.arithmetic.largest_sum(box, self.pixel_bits, self.order)
             # A natural of VHDL has 31 bits, and rounding adds to the sum before it is divided.
-            if largest + m ** (2 * self.order + 2) >= 1 << 31:
+            if largest + box ** (2 * self.order + 2) >= 1 << 31:
+                of_box = f", a box of {box}" if box < m else ""
                 raise refuse(
-                    f"a sum of {largest.bit_length()} bits (M = {m}, interpolation of order "
-                    f"{self.order}, {self.pixel_bits} bit pixels)",
+                    f"a sum of {largest.bit_length()} bits (M = {m}{of_box}, interpolation of "
+                    f"order {self.order}, {self.pixel_bits} bit pixels)",
                     "order",
                     "31 bits; use a lower order, or stored products",
                 )
@@ -330,7 +366,7 @@ class CoreConfiguration(Raster):
                 )
             white = ((1 << self.pixel_bits) - 1) << self.arithmetic.fraction_bits
             # A product of the largest pixel rounds to 0 then: such a core is black.
-            if 2 * white < m:
+            if 2 * white < self.largest_box:
                 raise InputError(
                     f"all stored products would be 0 (M = {m}, {self.pixel_bits} bit pixels, "
                     f"{self.arithmetic.fraction_bits} fraction bits); use more fraction bits, or "

@@ -75,6 +75,8 @@ class Raster(BaseModel):
     order: Annotated[int, Field(ge=0, le=MAX_INTERPOLATION_ORDER)] = 0
     # Weight of each slice in 64ths (`plenofir.refocus.sharpening`); empty: no sharpener.
     sharpening: tuple[Annotated[int, Field(ge=0, le=MAX_WEIGHT_UNITS)], ...] = ()
+    # Samples B of each slice's box, see `plenofir.refocus.operator`; empty: M for all.
+    boxes: tuple[Annotated[int, Field(ge=1)], ...] = ()
     # How sums are divided where views are missing, see `plenofir.refocus.border`.
     border: Border = "zero"
 
@@ -83,6 +85,37 @@ class Raster(BaseModel):
         if self.sharpening and len(self.sharpening) != len(self.shifts):
             raise ValueError("sharpening has a weight for each slice, or none")
         return self
+
+    @model_validator(mode="after")
+    def _a_box_for_each_slice(self) -> Self:
+        if self.boxes and len(self.boxes) != len(self.shifts):
+            raise ValueError("boxes has a number for each slice, or none")
+        return self
+
+    @property
+    def slice_boxes(self) -> tuple[int, ...]:
+        """Samples B of each slice's box."""
+        return self.boxes or (self.micro_image_size,) * len(self.shifts)
+
+    @property
+    def largest_box(self) -> int:
+        """The largest box of a slice, whose sums are the largest."""
+        return max(self.slice_boxes)
+
+    @property
+    def boxes_differ(self) -> bool:
+        """Whether slices have boxes that differ, and so divisors that differ."""
+        return len(set(self.slice_boxes)) > 1
+
+    @property
+    def smaller_box(self) -> bool:
+        """Whether a slice has a box below M."""
+        return min(self.slice_boxes) < self.micro_image_size
+
+    @property
+    def weighted(self) -> bool:
+        """Whether sums are divided by weights: of the border, or of slices with other boxes."""
+        return self.normalises or self.boxes_differ
 
     @property
     def sharpens(self) -> bool:
@@ -118,12 +151,22 @@ class Raster(BaseModel):
         return max((len(self.shifts) - 1).bit_length(), 1)
 
     def pass_shifts(self, number: int) -> tuple[int, ...]:
-        """Set of a' of a stage; stages after the first of a dimension interpolate with a' = 1."""
-        return self.shifts if number % self.passes == 0 else (1,)
+        """Set of a' of a stage; stages after the first of a dimension interpolate with a' = 1.
+
+        Slices with one box share these stages.
+        """
+        if number % self.passes == 0:
+            return self.shifts
+        return (1,) * (len(self.shifts) if self.boxes_differ else 1)
+
+    def pass_boxes(self, number: int) -> tuple[int, ...]:
+        """Samples of the box for each of `pass_shifts`."""
+        return self.slice_boxes[: len(self.pass_shifts(number))]
 
     def filter_layout(self, number: int = 0) -> FilterLayout:
         """Taps of the switched filter that is equivalent to a stage."""
-        return FilterLayout(self.micro_image_size, self.pass_shifts(number), self.align)
+        shifts, boxes = self.pass_shifts(number), self.pass_boxes(number)
+        return FilterLayout(self.micro_image_size, shifts, self.align, boxes=boxes)
 
     @property
     def filter_delay(self) -> int:
@@ -137,15 +180,15 @@ class Raster(BaseModel):
 
     def words(self, number: int) -> Words:
         """Widths of a stage, counted from 0 in the order in which the pixels pass."""
-        m = self.micro_image_size
+        box = self.largest_box
         value_bits = 0
-        largest = ((1 << self.pixel_bits) - 1) * m**number
+        largest = ((1 << self.pixel_bits) - 1) * box**number
         if isinstance(self.arithmetic, StoredProductArithmetic):
             guard_bits = self.arithmetic.guard_bits if number else 0
             value_bits = self.pixel_bits + guard_bits
             scale_bits = self.arithmetic.fraction_bits - guard_bits
-            largest = (((2 << value_bits) - 2 << scale_bits) + m) // (2 * m)
-        return Words(value_bits, largest.bit_length(), (m * largest).bit_length())
+            largest = (((2 << value_bits) - 2 << scale_bits) + box) // (2 * box)
+        return Words(value_bits, largest.bit_length(), (box * largest).bit_length())
 
 
 class Engine(BaseModel, ABC):

@@ -2,6 +2,7 @@
 """Engine of switched semi-systolic filters (``hdl/fir``)."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
@@ -65,9 +66,8 @@ class FirEngine(SliceEngine):
 
     def layout(self, raster: Raster, number: int = 0) -> FilterLayout:
         """Taps and switches of a stage; interpolating stages do not hold outputs."""
-        shifts = raster.pass_shifts(number)
         hold = self.hold and number % raster.passes == 0
-        return FilterLayout(raster.micro_image_size, shifts, raster.align, hold)
+        return replace(raster.filter_layout(number), hold=hold)
 
     def taps(self, raster: Raster) -> int:
         return sum(self.layout(raster, number).taps for number in range(raster.passes))

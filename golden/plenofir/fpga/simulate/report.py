@@ -20,6 +20,7 @@ class SliceReport(BaseModel):
     a: str
     shift: int
     sharpening: str
+    box: int
     pictures: tuple[str, ...]
     mismatches: int
     first_mismatch: str | None
@@ -132,13 +133,15 @@ def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, s
         agree = f"{report.mismatches} of {report.pixels_compared} pixels differ; {first}"
     depth = f"{report.channels} x {report.pixel_bits} bit"
     focus = " ".join(slice_.a for slice_ in report.slices)
+    boxes = sorted({slice_.box for slice_ in report.slices})
+    box = f", box {' '.join(map(str, boxes))}" if core.smaller_box else ""
     order = f", interpolation of order {report.interpolation}" if report.interpolation else ""
     largest = max((slice_.largest_error for slice_ in report.slices), default=0)
     rms = max((slice_.rms_error for slice_ in report.slices), default=0)
     latency = "" if report.latency_clocks is None else f", latency {report.latency_clocks}"
     lines = [
         ("image", f"{report.raw}, {report.columns} x {report.rows}, {depth}"),
-        ("focus", f"M = {report.M}, a = {focus}, {core.engine.summary(core)}{order}"),
+        ("focus", f"M = {report.M}, a = {focus}{box}, {core.engine.summary(core)}{order}"),
         *([("sharpening", _weights(report))] if core.sharpens else []),
         ("arithmetic", report.arithmetic.kind),
         *([("border", report.border)] if core.normalises else []),

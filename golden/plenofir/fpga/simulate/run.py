@@ -122,18 +122,24 @@ def _slices(
 ) -> tuple[SliceReport, ...]:
     """Compare each slice with the golden model and the operator, and write its pictures."""
     core, m, reports = request.core, request.core.micro_image_size, []
-    for shift, units, names, got, want in zip(
-        core.shifts, core.weights, pictures, refocused, golden, strict=True
+    for shift, units, box, names, got, want in zip(
+        core.shifts, core.weights, core.slice_boxes, pictures, refocused, golden, strict=True
     ):
         comparison = compare_frames(got[np.newaxis], want[np.newaxis])
         error = error_against_operator(
-            got, raw.pixels, m, shift=shift, order=core.order, units=units, border=core.border
+            *(got, raw.pixels, m),
+            shift=shift,
+            order=core.order,
+            units=units,
+            border=core.border,
+            box=box,
         )
         reports.append(
             SliceReport(
                 a=shift_to_text(shift, m),
                 shift=shift,
                 sharpening=str(Fraction(units, WEIGHT_UNITS)),
+                box=box,
                 pictures=names,
                 mismatches=comparison.mismatches,
                 first_mismatch=comparison.first,
