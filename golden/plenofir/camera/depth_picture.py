@@ -12,8 +12,8 @@ from plenofir.ground.viridis import VIRIDIS
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]
-Unit = Literal["a", "mm", "um"]
-"""What a map counts in: pixels per view, distances, or a microscope's heights."""
+Unit = Literal["a", "mm", "um", "v"]
+"""What a map counts in: pixels per view, distances, a microscope's heights, or virtual depth."""
 
 # Grey of pixels without a value, paper, ink.
 _UNKNOWN, _PAPER, _INK = (153, 153, 153), (255, 255, 255), (0, 0, 0)
@@ -24,11 +24,13 @@ _NAMES = {
     "a": "a, pixels per view; larger is nearer",
     "mm": "mm from the micro lenses",
     "um": "z / \N{MICRO SIGN}m over the plane in focus, towards the objective",
+    "v": "virtual depth v",
 }
 _REASONS = {
     "a": "unknown: no sure match",
     "mm": "no distance: no sure match, or not in front of the camera",
     "um": "unknown: no sure match",
+    "v": "unknown: no sure match",
 }
 
 

@@ -9,6 +9,7 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.console import print_lines, progress_bar
+from plenofir.commands.focused import OfCapture, depth_maps
 from plenofir.commands.groups import CameraData
 from plenofir.commands.looks import look_for
 from plenofir.commands.rasters import (
@@ -200,18 +201,21 @@ def depth_map(
     hints: "Hints",
     *,
     camera: CameraData,
+    of: OfCapture,
     near: Annotated[
         float | None,
         options.number(
             "--near",
-            "Largest disparity searched, pixels per view; without it 2, or more if needed.",
+            "Largest disparity searched, pixels per view; without it 2, or more if needed. Of a "
+            "focused camera one end of the virtual depth searched, without it 1.6.",
         ),
     ] = None,
     far: Annotated[
         float | None,
         options.number(
             "--far",
-            "Smallest disparity searched, pixels per view; without it -1, or less if needed.",
+            "Smallest disparity searched, pixels per view; without it -1, or less if needed. Of a "
+            "focused camera the other end, without it 12.",
         ),
     ] = None,
     confidence: Annotated[
@@ -237,7 +241,8 @@ def depth_map(
 
     With a microscope as --camera it is the height over the plane in focus, in um.
 
-    Without --near and --far the search range grows until it covers the picture.
+    Without --near and --far the search range grows until it covers the picture. With --calib it
+    takes a raw capture; that of a focused camera has virtual depth, and mm with its --camera.
     """
     import numpy as np
 
@@ -252,6 +257,18 @@ def depth_map(
     options.require("ply", "camera", more.ply and camera.camera is None)
     camera.check()
     check_folder(Path(out), out)
+    capture = of.opened(raster, hints, camera, "off", None)
+    if capture is not None:
+        standard = {"pfm": more.pfm, "tiff": more.tiff, "ply": more.ply, "-M": hints.micro_image}
+        depth_maps(
+            capture,
+            (near, far),
+            confidence,
+            Path(out),
+            {**standard, "resolution": resolution != "views"},
+        )
+        return
+    hints = hints._replace(calib=of.calib)
     field = read_field(raster, hints, rectangles=True)
     picture, m, *_ = field
     raw = picture.pixels
@@ -301,7 +318,22 @@ def depth_map(
             places = exports.points(sure_distances(searched.disparity, model, confidence), model)
             colours = exposure(picture, m).apply(view)
             results.write("points.ply", exports.encode_ply(places, colours))
-    depths, spread = depth[~np.isnan(depth)], ""
+    typer.echo(f"{out}: {_extent(depth[~np.isnan(depth)], depth.size, unit)}")
+    print_lines(doubt_of_depth(1 - float(np.isnan(depth).mean()), field))
+    for share, end, option in zip(searched.at_ends, searched.search, ("far", "near"), strict=True):
+        if share > MANY:
+            typer.echo(
+                f"note: {100 * share:.0f} % of the matched pixels lie at the {option} end of the "
+                f"search, {end:g} pixels per view; widen it with {options.typed(option)}"
+            )
+    warn_of_camera(model)
+
+
+def _extent(depths: "Floats", places: int, unit: str) -> str:
+    """How much of a map is known, and from where to where, for people."""
+    import numpy as np
+
+    spread = ""
     if depths.size:
         first, last = np.percentile(depths, [5, 95])
         spread = {
@@ -310,13 +342,5 @@ def depth_map(
             "um": f", z = {first:.1f} to {last:.1f} um over the plane in focus",
         }[unit]
     maps = {"a": "disparities", "mm": "distances", "um": "heights"}[unit]
-    part = f"{100 * depths.size / depth.size:.1f} %"
-    typer.echo(f"{out}: {maps} of {depths.size} of {depth.size} pixels ({part}){spread}")
-    print_lines(doubt_of_depth(depths.size / depth.size, field))
-    for share, end, option in zip(searched.at_ends, searched.search, ("far", "near"), strict=True):
-        if share > MANY:
-            typer.echo(
-                f"note: {100 * share:.0f} % of the matched pixels lie at the {option} end of the "
-                f"search, {end:g} pixels per view; widen it with {options.typed(option)}"
-            )
-    warn_of_camera(model)
+    part = f"{100 * depths.size / places:.1f} %"
+    return f"{maps} of {depths.size} of {places} pixels ({part}){spread}"

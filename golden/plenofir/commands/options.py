@@ -397,7 +397,8 @@ _SCENE = typer.Option(
 MicroImage = Annotated[int, _MICRO_IMAGE]
 FocusSettings = Annotated[list[str], _SETTINGS]
 FocusSetting = Annotated[
-    list[str], typer.Option("--a", "-a", metavar="FRACTION", help="Focus setting, such as -3/5.")
+    list[str] | None,
+    typer.Option("--a", "-a", metavar="FRACTION", help="Focus setting, such as -3/5."),
 ]
 Interpolation = Annotated[InterpolationName, _INTERPOLATION]
 Sharpen = Annotated[str, _SHARPEN]

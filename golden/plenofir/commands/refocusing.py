@@ -12,6 +12,7 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.console import note, print_lines, progress_bar
+from plenofir.commands.focused import AtDepth, refocus_to, sweep
 from plenofir.commands.groups import CameraData, LookIfGiven, LookOptions, Operator, Pupil
 from plenofir.commands.looks import look_for, setting_text
 from plenofir.commands.rasters import model_of, read_field, warn_of_camera
@@ -28,14 +29,17 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
+_FOCUSED = "is for a capture with the calibration of a focused camera, --calib"
+
 
 @app.command("refocus")
 @file_options.takes_light_fields
 def refocus_command(
     raster: options.LightField,
-    a: options.FocusSetting,
     hints: "Hints",
     *,
+    a: options.FocusSetting = None,
+    of: AtDepth,
     out: Annotated[str, typer.Option(help="PNG, TIFF or JPEG file to write.")] = "refocused.png",
     operator: Operator,
     box: options.Box = None,
@@ -54,7 +58,8 @@ def refocus_command(
 
     --interpolation, --sharpen, --box and --no-upsample take the operator as the thesis has it
     instead, correctly rounded, at multiples of 1/M. The file says in XMP how it was made, with a
-    camera also where it is focused.
+    camera also where it is focused. With --calib it takes a raw capture; that of a focused camera
+    is refocused to a virtual depth, -v.
     """
     from plenofir.camera.description import description_of
     from plenofir.camera.lightfield.any_field import is_rectangle
@@ -62,9 +67,21 @@ def refocus_command(
     from plenofir.refocus import best_picture, interpolation_order, refocus, sharpening_units
     from plenofir.refocus.sharpening import WEIGHT_UNITS
 
-    path = check_file(out, PICTURES, raster)
+    path = check_file(out, PICTURES, raster, of.calib)
     part = _region(region) if region else None
     camera.check()
+    field = of.opened(raster, hints, camera, exposed.exposure, exposed.gamma)
+    if field is not None:
+        standard: dict[str, object] = {"a": a, "box": box, "micro_image": hints.micro_image}
+        standard |= {"interpolation": operator.interpolation, "sharpen": operator.sharpen}
+        standard |= {"upsample": not operator.upsample, "aperture": pupil.aperture}
+        standard |= {"tilt": pupil.tilt, "border": border != "normalise", "region": region}
+        refocus_to(field, of.virtual_depth, path, standard)
+        return
+    options.refuse_used({"virtual_depth": of.virtual_depth}, _FOCUSED)
+    if a is None:
+        raise InputError("give a focus setting, such as -3/5", where="a")
+    hints = hints._replace(calib=of.calib)
     exact = operator.is_set or box is not None
     if exact:
         pupil.refuse_beside("--interpolation, --sharpen, --box or --no-upsample")
@@ -198,6 +215,7 @@ def stack(
     *,
     a: options.SettingsIfGiven = None,
     z: options.Heights = None,
+    of: AtDepth,
     out: Annotated[
         str,
         typer.Option(
@@ -216,7 +234,7 @@ def stack(
     Without focus settings it goes from 0 to 1 in steps of 1/M. Slices are made as refocus makes
     them, with one exposure for all, and the border is normalised; with --depth-index they are the
     VHDL's. A volume keeps the light field's values, in 16 bits, and with a microscope as --camera
-    has sizes in um.
+    has sizes in um. A focused camera's capture, with --calib, is swept over virtual depths, -v.
     """
     from plenofir.camera.description import description_of
     from plenofir.camera.lightfield.any_field import (
@@ -230,6 +248,14 @@ def stack(
     from plenofir.refocus.sharpness import MAX_STACK
 
     aperture, tilt = pupil.values()
+    field = of.opened(raster, hints, camera, exposed.exposure or "auto", exposed.gamma)
+    if field is not None:
+        standard: dict[str, object] = {"a": a, "z": z, "border": border, "out": is_volume(out)}
+        standard |= {"depth_index": extra.index, "aperture": pupil.aperture, "tilt": pupil.tilt}
+        sweep(field, of.virtual_depth, Path(out), standard, everywhere=extra.everywhere)
+        return
+    options.refuse_used({"virtual_depth": of.virtual_depth}, _FOCUSED)
+    hints = hints._replace(calib=of.calib)
     if is_volume(out):
         used = {
             "all_in_focus": extra.everywhere,

@@ -10,20 +10,23 @@ their pitch p in pixels; between those of the micro lenses it is
 `types_by_sharpness` tells types of micro lenses apart; `read_vendor_grid` reads files of makers.
 """
 
+from plenofir.camera.focused.agreement import moved_to_agree
 from plenofir.camera.focused.capture import FocusedCapture, focused_capture
 from plenofir.camera.focused.depth import FocusedDepth, search_depth
 from plenofir.camera.focused.gaps import calibration_of_gaps
+from plenofir.camera.focused.scale import DepthScale
 from plenofir.camera.focused.vendor import VendorGrid, read_vendor_grid
-from plenofir.camera.focused.which_type import types_by_sharpness, types_of_camera
+from plenofir.camera.focused.which_type import types_by_sharpness
 
 __all__ = [
+    "DepthScale",
     "FocusedCapture",
     "FocusedDepth",
     "VendorGrid",
     "calibration_of_gaps",
     "focused_capture",
+    "moved_to_agree",
     "read_vendor_grid",
     "search_depth",
     "types_by_sharpness",
-    "types_of_camera",
 ]

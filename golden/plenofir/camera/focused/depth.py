@@ -9,7 +9,6 @@ apart in 1 / v, as the parallax between micro images is; paths join those of nei
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +16,6 @@ from scipy import ndimage
 
 from plenofir.camera.focused.capture import LEAST, FocusedCapture
 from plenofir.camera.lightfield.matching_loops import add_paths
-
-if TYPE_CHECKING:
-    from plenofir.camera.rays import Distances, RayModel
 
 Floats = npt.NDArray[np.float64]
 Floats32 = npt.NDArray[np.float32]
@@ -57,23 +53,19 @@ class FocusedDepth:
     confidence: Floats
     step: float
 
-    def at(self, shape: tuple[int, int], step: float) -> Floats:
-        """1 / v at the places of a picture: of the nearest place, so that edges stay edges."""
+    def at(self, shape: tuple[int, int], step: float, *, confidence: bool = False) -> Floats:
+        """1 / v, or how sure it is, at the places of a picture with another step.
+
+        That of the nearest place: edges stay edges.
+        """
+        values = self.confidence if confidence else self.inverse
         rows, columns = (
             np.clip(
                 np.rint(((step - self.step) / 2 + step * np.arange(n)) / self.step), 0, m - 1
             ).astype(int)
-            for n, m in zip(shape, self.inverse.shape, strict=True)
+            for n, m in zip(shape, values.shape, strict=True)
         )
-        return np.asarray(self.inverse[rows[:, np.newaxis], columns])
-
-    def sure(self, least: float) -> Floats:
-        """Virtual depth, nan where it is less sure than `least`."""
-        return np.where(self.confidence >= least, 1 / self.inverse, np.nan)
-
-    def distances(self, model: "RayModel", pitch: float, least: float) -> "Distances":
-        """Distances from the micro lenses; `pitch` of the micro images in pixels."""
-        return model.distance(self.sure(least) / pitch)
+        return np.asarray(values[rows[:, np.newaxis], columns])
 
 
 def search_depth(
@@ -96,18 +88,12 @@ def search_depth(
     grey /= np.float32(white)
     lenses = capture.lenses()
     costs = np.empty((*shape, len(candidates)), np.float32)
-    sigma = _AROUND * pitch / step
     for number, inverse in enumerate(candidates):
         if abs(inverse) < 1 / _FARTHEST / 2:
             costs[..., number] = np.nan
             continue
-        sums, shares, squares = capture.layers(float(inverse), step, matching=grey, lenses=lenses)
-        least = np.maximum(shares, 1e-9)
-        # Sum of the squared differences from the mean, and of how many of them are free.
-        off = squares[..., 0] - sums[..., 0] ** 2 / least
-        free = shares - squares[..., 1] / least
-        off, free = (ndimage.gaussian_filter(one, sigma, mode="nearest") for one in (off, free))
-        costs[..., number] = np.where(free > 1e-3, np.maximum(off, 0) / np.maximum(free, 1e-3), 1)
+        off, free = differences(capture, float(inverse), step, grey, lenses, _AROUND)
+        costs[..., number] = np.where(free > 1e-3, off / np.maximum(free, 1e-3), 1)
         if progress is not None:
             progress(number + 1, len(candidates))
     usable = np.isfinite(costs).all(axis=(0, 1))
@@ -132,6 +118,28 @@ def search_depth(
     aside = np.where(bend > 1e-9, (before - after) / (2 * np.maximum(bend, 1e-9)), 0)
     inverse = candidates[best] + np.clip(aside, -0.5, 0.5) * (candidates[1] - candidates[0])
     return FocusedDepth(inverse, confidence, step)
+
+
+def differences(
+    capture: FocusedCapture,
+    inverse: Floats | float,
+    step: float,
+    grey: Floats32,
+    lenses: Floats,
+    around: float,
+) -> tuple[Floats32, Floats32]:
+    """How micro images differ: sum of the squared differences from their mean, and its freedom.
+
+    Both over the surroundings of places with a sigma of `around` pitches. `inverse`, `step`,
+    `lenses`: see `FocusedCapture.layers`; `grey`: what is compared.
+    """
+    sums, shares, squares = capture.layers(inverse, step, matching=grey, lenses=lenses)
+    least = np.maximum(shares, 1e-9)
+    off = np.maximum(squares[..., 0] - sums[..., 0] ** 2 / least, 0)
+    free = shares - squares[..., 1] / least
+    sigma = around * capture.pitch / step
+    off, free = (ndimage.gaussian_filter(one, sigma, mode="nearest") for one in (off, free))
+    return off, free
 
 
 def search_range(capture: FocusedCapture) -> tuple[float, float]:

@@ -8,7 +8,6 @@ straight lines over the scene's x. The slopes order the types, the crossings of
 lines say where they are sharp; a camera's lengths say both, and lines of one x will do.
 """
 
-from dataclasses import replace
 from itertools import pairwise, permutations
 from typing import NamedTuple
 
@@ -20,7 +19,6 @@ from plenofir.camera.calibration.shading import lens_indices
 from plenofir.camera.calibration.types_of_lenses import LensTypes, usual_order
 from plenofir.camera.focused.capture import FocusedCapture
 from plenofir.camera.focused.depth import search_depth
-from plenofir.camera.rays import RayModel, sharpest_inverse
 from plenofir.ground.errors import InputError
 
 # Sigma in places of what is too smooth to count.
@@ -42,11 +40,6 @@ class _Lines(NamedTuple):
     kinds: Indices
     inverse: Floats
     excess: Floats
-
-
-def types_of_camera(model: RayModel, pitch: float) -> tuple[float, ...]:
-    """1 / v at which each type of a camera is sharpest; `pitch` of the micro images in pixels."""
-    return tuple(float(x) for x in sharpest_inverse(model) / pitch)
 
 
 def types_by_sharpness(
@@ -90,7 +83,7 @@ def _lines(capture: FocusedCapture, types: int) -> _Lines:
         pictures.append(sums.mean(axis=2) / np.maximum(shares, 1e-9))
         seen &= shares > _SHARE
     inner = ndimage.binary_erosion(seen, iterations=2)
-    sure = replace(depth, inverse=depth.confidence).at(shape, step) >= _SURE
+    sure = depth.at(shape, step, confidence=True) >= _SURE
     side = max(4, int(capture.pitch / step))
     rows, columns = (length // side for length in shape)
 

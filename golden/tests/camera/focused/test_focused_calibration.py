@@ -13,12 +13,12 @@ from plenofir.camera.calibration.moving import mapped, turning
 from plenofir.camera.calibration.types_of_lenses import LensTypes, usual_order
 from plenofir.camera.captures.prepare import prepared
 from plenofir.camera.focused import (
+    DepthScale,
     FocusedCapture,
     calibration_of_gaps,
     focused_capture,
     read_vendor_grid,
     types_by_sharpness,
-    types_of_camera,
 )
 from plenofir.camera.synthetic.pattern import regular_grid
 from plenofir.ground.errors import InputError
@@ -51,8 +51,7 @@ def off_the_truth(calibration: Calibration, truth: Scene) -> float:
 
 def true_types(calibration: Calibration, truth: Scene) -> LensTypes:
     """The types as rendered, in the calibration's count."""
-    sharpest = types_of_camera(truth.model, calibration.grid.lens_pitch)
-    types = LensTypes(pattern=(0, 1, 2), sharpest=sharpest)
+    types = LensTypes(pattern=(0, 1, 2), sharpest=DepthScale(truth.model).sharpest())
     return types.carried(truth.capture.grid, calibration.grid, np.eye(2), np.zeros(2))
 
 
