@@ -97,7 +97,7 @@ def lay_over(
                 weight = 1.0
                 if alike == 0:
                     blur = pitch * (best - q)
-                    weight = 1 / max(blur * blur, 1.0) ** 2
+                    weight = 1 / max(blur * blur, 0.25) ** 2
                 for k in range(channels):
                     value = (
                         w00 * pixels[j, i, k]
