@@ -53,6 +53,9 @@ _STYLE = (
 class Album:
     """Makes and writes the pictures of a light field; keeps their names and captions."""
 
+    # Whether `viewer` writes one.
+    by_hand = True
+
     def __init__(
         self,
         results: Results,
@@ -322,10 +325,10 @@ def page(title: str, pictures: Album, lines: Sequence[str]) -> str:
     order = sorted(pictures.shown, key=lambda one: one[0].startswith("refocused"))
     figures = "\n".join(figure(*map(html.escape, one)) for one in order)
     said = "\n".join(f"<li>{html.escape(line)}</li>" for line in lines)
+    viewer = '<p><a href="viewer.html">Refocus it by hand</a></p>\n' if pictures.by_hand else ""
     return (
         f'<!doctype html>\n<html lang="en">\n<head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width"><title>{html.escape(title)}</title>'
         f"<style>{_STYLE}</style></head>\n<body>\n<h1>{html.escape(title)}</h1>\n"
-        f'<p><a href="viewer.html">Refocus it by hand</a></p>\n'
-        f"<ul>\n{said}\n</ul>\n<main>\n{figures}\n</main>\n</body>\n</html>\n"
+        f"{viewer}<ul>\n{said}\n</ul>\n<main>\n{figures}\n</main>\n</body>\n</html>\n"
     )

@@ -4,6 +4,7 @@
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from itertools import chain
 from math import inf
 from pathlib import Path
@@ -11,6 +12,9 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, NamedTuple
 
 from plenofir.commands.album import Album, Show, page
+from plenofir.commands.focused import FocusedField, opened
+from plenofir.commands.focused_album import FocusedAlbum, field_of
+from plenofir.commands.groups import CameraData
 from plenofir.commands.last_run import Earlier, content_mark, key_of
 from plenofir.commands.looks import look_of
 from plenofir.commands.rasters import model_of, read_field
@@ -94,18 +98,28 @@ def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Develo
     marks = job.marks(capture)
     with TemporaryDirectory(prefix="plenofir-") as temporary:
         with Results(Path(temporary)) as results:
-            field = _field(capture, job, earlier, marks, results, show)
-            lines_told = _told(field)
+            focal = None if job.hints.calib is None else _focal(capture, job)
+            if focal is None:
+                field = _field(capture, job, earlier, marks, results, show)
+            else:
+                field = field_of(focal)
+            lines_told = _told(field) if focal is None else _found(field)
             if job.camera is not None and is_rectangle(field.picture.pixels):
                 raise InputError(
                     "is for a plenoptic camera's square of views; leave it out", where="camera"
                 )
             m = field.micro_image_size
             model = model_of(job.camera, job.focus, m)
-            exposed = job.run or exposure(field.picture, m, job.exposure, job.gamma)
+            size = m if focal is None else 1
+            exposed = job.run or exposure(field.picture, size, job.exposure, job.gamma)
             look = look_of(field.picture, exposed)
             lines = [*lines_told, f"shown: {exposed.words()}"]
-            pictures = Album(results, field, model, look, show, earlier, marks.pictures)
+            pictures: Album
+            if focal is None:
+                pictures = Album(results, field, model, look, show, earlier, marks.pictures)
+            else:
+                pictures = FocusedAlbum(results, field, model, look, show, earlier, marks.pictures)
+                pictures.focal = replace(focal, look=look)
             lines += pictures.make(job.slices, job.aperture, job.tilt)
             pictures.viewer(title, exposed)
             results.write("index.html", page(title, pictures, lines))
@@ -238,11 +252,22 @@ def _read(path: Path, hints: "Hints", show: Show) -> "Field":
     return field._replace(picture=to_srgb(field.picture, str(path)))
 
 
+def _focal(capture: Path, job: Job) -> FocusedField | None:
+    """The capture of a focused camera; None for another source."""
+    camera = CameraData(job.camera, job.focus)
+    return opened(capture, job.hints, camera, job.exposure, job.gamma)
+
+
+def _found(field: "Field") -> list[str]:
+    """Lines of the summary about what was told and measured."""
+    return [f"{one.heading}: {one.text}" for one in field.lines]
+
+
 def _told(field: "Field") -> list[str]:
     """Lines of the summary about a source."""
     from plenofir.camera.lightfield.any_field import is_rectangle
 
-    lines = [f"{one.heading}: {one.text}" for one in field.lines]
+    lines = _found(field)
     pixels, m = field.picture.pixels, field.micro_image_size
     if is_rectangle(pixels):
         lines.append("no square of views: refocused view by view, along what there is")

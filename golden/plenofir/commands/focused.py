@@ -27,6 +27,11 @@ if TYPE_CHECKING:
     from plenofir.commands.results import Floats
     from plenofir.ground.images import Image, Picture
 
+Show = Callable[[int, int], None]
+# Least probability of a depth that counts, and percentiles of the depths that are shown, from - to.
+_SURE, _SHARE = 0.5, (3, 97)
+# Planes this near in pixels of parallax between micro images look the same; most of them in a page.
+_ALIKE, _PLANES = 0.15, 9
 _STANDARD = "is not for a capture of a focused camera"
 # 1 / v that a calibration has while its types are searched: on the side of Galilean cameras.
 _ANY = 0.3
@@ -403,3 +408,31 @@ def depth_maps(
     with Results(folder) as results:
         maps.save(results)
     print_lines(*field.notes, f"{folder}: {maps.words()}")
+
+
+def slices_between(field: FocusedField, depth: "FocusedDepth", most: int) -> list[float]:
+    """1 / v of planes over the depths of a capture, from far to near, at most so many."""
+    import numpy as np
+
+    sure = depth.inverse[depth.confidence >= _SURE]
+    low, high = np.percentile(sure if sure.size else depth.inverse, _SHARE)
+    count = int(min(most, max(1, (high - low) * field.capture.pitch // _ALIKE)))
+    if count == 1:
+        return [float(low + high) / 2]
+    return [float(one) for one in np.linspace(low, high, count)]
+
+
+def picture_folder(field: FocusedField, folder: Path, show: Show) -> None:
+    """Write planes, the picture that is sharp everywhere, and depth, to be looked at."""
+    from plenofir.camera.focused import search_depth
+    from plenofir.ground.images import eight_bits
+
+    depth = search_depth(field.capture, progress=show)
+    with Results(folder) as results:
+        save(results, "all_in_focus.png", eight_bits(sharp(field, depth).pixels))
+        for number, inverse in enumerate(slices_between(field, depth, _PLANES), 1):
+            v = float(field.scale.depth(inverse))
+            save(
+                results, f"refocused_{number}_v{v:.3f}.png", eight_bits(field.shown(inverse).pixels)
+            )
+        save(results, "depth.png", maps_of(field, depth, _SURE).picture())

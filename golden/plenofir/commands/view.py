@@ -11,6 +11,7 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.console import print_notes, progress_bar
+from plenofir.commands.focused import opened
 from plenofir.commands.groups import CameraData, LookOptions
 from plenofir.commands.rasters import model_of, read_field, recognised, warn_of_camera
 from plenofir.commands.results import check_file
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from plenofir.camera.exposure import Exposure
     from plenofir.camera.rays import MicroscopeModel, RayModel
     from plenofir.camera.recognise import Hints
+    from plenofir.commands.focused import FocusedField
     from plenofir.ground.images import Picture
     from plenofir.view import Page
 
@@ -99,7 +101,8 @@ def view(
 ) -> None:
     """Refocus a light field in the browser: click to focus, distances in mm.
 
-    The page is served on this machine alone, at an address with a random token, until Ctrl-C.
+    The page is served on this machine alone, at an address with a random token, until Ctrl-C. Of a
+    focused camera's capture, with --calib, it shows planes, all in focus and depth two at a time.
     """
     if (raster is None) == (source is None):
         raise InputError("give either a raw image or a folder of pictures, or --source")
@@ -109,6 +112,11 @@ def view(
     if where.export is not None:
         out = check_file(where.export, (".html", ".htm"), raster, calib)
     settings = _Settings(hints._replace(calib=calib), camera, a, look)
+    if calib is not None and raster is not None and a is None:
+        focal = opened(Path(raster), settings.hints, camera, look.exposure, look.gamma)
+        if focal is not None:
+            _view_focused(focal, Path(raster), out, where)
+            return
     with progress_bar("searching depth") as show:
         if source is not None:
             page = settings.live(source, rate)
@@ -121,14 +129,37 @@ def view(
         else:
             page = settings.light_field(Path(str(raster)), show if out is not None else None)
         if out is not None:
-            from plenofir.view import export as exported
-
-            content = exported(page, int(where.limit * 1e6))
-            write_file(out, content)
-            typer.echo(f"{where.export}: {len(content) / 1e6:.1f} MB")
+            _export(page, out, where)
             return
     print_notes()
     serve_page(page, where.port, where.browser)
+
+
+def _view_focused(focal: "FocusedField", path: Path, out: Path | None, where: _Where) -> None:
+    """Show the pictures of a focused camera's capture two at a time."""
+    from tempfile import TemporaryDirectory
+
+    from plenofir.commands.focused import picture_folder
+    from plenofir.view import pictures_page
+
+    with TemporaryDirectory(prefix="plenofir-") as folder:
+        with progress_bar("refocusing") as show:
+            picture_folder(focal, Path(folder), show)
+        page = pictures_page(Path(folder), as_text(path.name))
+        if out is not None:
+            _export(page, out, where)
+            return
+        print_notes()
+        serve_page(page, where.port, where.browser)
+
+
+def _export(page: "Page", out: Path, where: _Where) -> None:
+    """Write a page into a file."""
+    from plenofir.view import export as exported
+
+    content = exported(page, int(where.limit * 1e6))
+    write_file(out, content)
+    typer.echo(f"{where.export}: {len(content) / 1e6:.1f} MB")
 
 
 def serve_page(page: "Page", port: int, browser: bool) -> None:

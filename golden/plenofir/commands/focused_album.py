@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The pictures of a focused camera's capture for `plenofir develop`."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from plenofir.commands.album import Album
+from plenofir.commands.focused import FocusedField, maps_of, sharp, slices_between
+from plenofir.ground.errors import InputError
+
+if TYPE_CHECKING:
+    from plenofir.camera.exposure import Exposure
+    from plenofir.camera.recognise import Field
+    from plenofir.ground.images import Image
+    from plenofir.refocus import Aperture
+
+# Least probability of a depth that counts.
+_SURE = 0.5
+
+
+def field_of(focal: FocusedField) -> "Field":
+    """What a page says about a capture, in place of an aligned raw image."""
+    from plenofir.camera.recognise import Field, Finding
+    from plenofir.commands.focused import type_lines
+
+    calibration = focal.capture.calibration
+    text = f"focused camera, {calibration.grid.layout}, {focal.capture.pitch:.3f} pixels a lens"
+    lines = [Finding("calibrated", text, "told")]
+    lines += [Finding("lenses", line.split(maxsplit=2)[2]) for line in type_lines(calibration)]
+    lines += [Finding("calibration", note, notable=True) for note in focal.notes]
+    return Field(focal.look.field, round(focal.capture.pitch), tuple(lines))
+
+
+class FocusedAlbum(Album):
+    """Makes and writes the pictures of a focused camera's capture."""
+
+    by_hand = False
+    focal: FocusedField
+
+    def make(self, most: int, aperture: "Aperture | None", tilt: tuple[float, float]) -> list[str]:
+        """All of them, at most so many refocused ones; lines for the summary."""
+        from plenofir.camera.focused import search_depth
+
+        if aperture is not None or any(tilt):
+            raise InputError(
+                "--aperture and --tilt are not for a capture of a focused camera; leave them out"
+            )
+        focal = self.focal
+        depth = search_depth(
+            focal.capture, progress=lambda done, total: self.show("searching depth", done, total)
+        )
+        maps = maps_of(focal, depth, _SURE)
+        self.show("all in focus", 0, 0)
+        self.add("all_in_focus.png", lambda: sharp(focal, depth).pixels, "Sharp everywhere")
+        planes = slices_between(focal, depth, most)
+        count = len(planes)
+        frames = []
+        for number, inverse in enumerate(planes):
+            self.show("refocusing", number, count)
+            v = float(focal.scale.depth(inverse))
+            name = f"refocused_{number + 1:0{len(str(count))}}_v{v:.3f}.png"
+            frames.append(
+                self.add(name, partial(self._refocused, inverse), focal.place(v, inverse))
+            )
+        around = frames + frames[-2:0:-1]
+        self.animation("focus", lambda: around, "Through the focus", *planes)
+        maps.save(self.results)
+        caption = "Virtual depth; give --camera for mm"
+        if maps.mm is not None:
+            caption = "Distance from the micro lenses"
+        self.add("depth.png", maps.picture, caption)
+        first, last = sorted(float(focal.scale.depth(end)) for end in (planes[0], planes[-1]))
+        return [f"range: v = {first:.3f} to {last:.3f}, {count} pictures", maps.words()]
+
+    def _refocused(self, inverse: float) -> "Image":
+        return self.focal.shown(inverse).pixels
+
+    def viewer(self, title: str, exposed: "Exposure") -> None:
+        """None: `plenofir view` shows these pictures two at a time."""

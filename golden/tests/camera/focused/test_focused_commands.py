@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From the capture of a focused camera to its pictures, with the commands."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from focused_scenes import FOCUS, scene
+from in_process import plenofir
+
+from plenofir.ground.images import read_image, write_png
+
+CAMERA = ("--camera", "raytrix-r12", "--focus", str(FOCUS))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A capture, its white image, and their calibration."""
+    path = tmp_path_factory.mktemp("focused")
+    truth = scene((2.25, 2.6, 3.2), lenses=(20, 24))
+    write_png(path / "raw.png", truth.capture.raw)
+    write_png(path / "white.png", truth.capture.white)
+    done = plenofir("calibrate", "white.png", "--lens-types", "raw.png", *CAMERA, cwd=path)
+    assert done.returncode == 0, done.stderr
+    assert "micro lenses  3 types, sharpest at v = 2.3" in done.stdout
+    assert json.loads((path / "calib.json").read_text())["lens_types"]["pattern"]
+    return path
+
+
+def run(folder: Path, command: str, *arguments: str) -> str:
+    done = plenofir(command, "raw.png", "--calib", "calib.json", *arguments, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_planes_of_a_capture(folder: Path) -> None:
+    told = run(folder, "refocus", "-v", "2.6", *CAMERA)
+    assert "refocused.png: v = 2.6, 424 mm, 276 x 230 pixels" in told
+    assert "2 slices" in run(folder, "stack", "-v", "2.25:3.2:0.95", "--all-in-focus")
+    pictures = sorted(path.name for path in (folder / "stack").iterdir())
+    assert pictures == ["all_in_focus.png", "refocused_1_v2.25.png", "refocused_2_v3.2.png"]
+    sharp = read_image(folder / "stack" / "all_in_focus.png").astype(float)
+    assert sharp.shape == (230, 276, 3)
+    # Each plane of the stack is a part of what is sharp everywhere.
+    off = [
+        np.abs(read_image(folder / "stack" / name).astype(float) - sharp).mean(axis=2)
+        for name in pictures[1:]
+    ]
+    assert (off[0] < off[1]).mean() > 0.3
+    assert (off[1] < off[0]).mean() > 0.05
+
+
+def test_depth_in_virtual_depth_and_mm(folder: Path) -> None:
+    told = run(folder, "depth-map", *CAMERA, "--near", "1.9", "--far", "5")
+    assert "mm" in told
+    virtual = np.load(folder / "depth" / "virtual_depth.npy")
+    millimetres = np.load(folder / "depth" / "distance_mm.npy")
+    assert (np.isnan(virtual) == np.isnan(millimetres)).all()
+    # Nearer things have smaller distances and larger virtual depths.
+    sure = ~np.isnan(virtual)
+    order = np.argsort(virtual[sure])
+    assert (np.diff(millimetres[sure][order]) <= 0).all()
+    assert 414 < np.median(millimetres[sure]) < 430
+
+
+def test_all_pictures_of_a_capture(folder: Path) -> None:
+    told = run(folder, "develop", *CAMERA, "--slices", "2")
+    assert "focused camera" in told
+    assert "2 pictures" in told
+    names = {path.name for path in (folder / "developed").iterdir()}
+    assert {"all_in_focus.png", "depth.png", "distance_mm.npy", "virtual_depth.npy"} <= names
+    assert {"focus.gif", "index.html"} <= names
+    assert "viewer.html" not in (folder / "developed" / "index.html").read_text()
+    assert "there already" in run(folder, "develop", *CAMERA, "--slices", "2")
+    run(folder, "view", "--export", "page.html", "--limit", "20")
+    assert (folder / "page.html").stat().st_size > 100_000
+
+
+@pytest.mark.parametrize(
+    ("command", "arguments", "problem"),
+    [
+        ("refocus", ("-a", "1"), "--a: is not for a capture of a focused camera"),
+        ("refocus", (), "--virtual-depth: is missing"),
+        ("refocus", ("-v", "2 3"), "takes one plane, not 2"),
+        ("refocus", ("-v", "0.5"), "0.5 is no virtual depth"),
+        ("refocus", ("-v", "2", "--box", "3"), "--box: is not for"),
+        ("refocus", ("-v", "2", "--crop", "0,0,9,9"), "--crop: is not for"),
+        ("refocus", ("-v", "2", "--camera", "f193-mla2"), "is a standard camera"),
+        ("stack", ("-v", "2", "--depth-index"), "--depth-index: is not for"),
+        ("depth-map", ("--near", "2"), "give both of --near and --far"),
+        ("depth-map", ("--near", "-2", "--far", "5"), "on one side of the micro lenses"),
+        ("depth-map", ("--ply", *CAMERA), "--ply: is not for"),
+        ("develop", ("--aperture", "0.5"), "--aperture and --tilt are not for"),
+    ],
+)
+def test_what_focused_cameras_do_not_take(
+    folder: Path, command: str, arguments: tuple[str, ...], problem: str
+) -> None:
+    done = plenofir(command, "raw.png", "--calib", "calib.json", *arguments, cwd=folder)
+    assert done.returncode == 2
+    assert problem in done.stderr
+    assert done.stderr.count("plenofir:") == 1
+
+
+def test_virtual_depth_is_for_focused_cameras(folder: Path) -> None:
+    done = plenofir("refocus", "white.png", "-M", "5", "-v", "2", cwd=folder)
+    assert done.returncode == 2
+    assert "--virtual-depth: is for a capture with the calibration of a focused" in done.stderr
+    both = ("--lens-types", "raw.png", "--grid", "grid.xml")
+    done = plenofir("calibrate", "white.png", *both, cwd=folder)
+    assert done.returncode == 2
+    assert "--grid cannot be combined with --lens-types" in done.stderr
