@@ -183,6 +183,18 @@ def result_names(sources: Sequence[Path], settings: Settings) -> list[tuple[str,
     return names
 
 
+def _check_lengths(sources: Sequence[Path], names: Sequence[tuple[str, ...]], folder: Path) -> None:
+    """Refuse a frame whose results would have names that the folder's file system refuses."""
+    # Windows has no call that tells it; its file systems take 255.
+    limit = os.pathconf(folder, "PC_NAME_MAX") if hasattr(os, "pathconf") else 255
+    for source, group in zip(sources, names, strict=True):
+        if max(len(os.fsencode(name)) for name in group) > limit:
+            raise InputError(
+                "the names of its results would be too long; give it a shorter name",
+                where=str(source),
+            )
+
+
 class Made(NamedTuple):
     """What a worker made of a frame."""
 
@@ -407,14 +419,7 @@ def run_batch(
             progress(len(frames), len(sources))
 
     with Record(out) as record, _staging(out.absolute()) as folder:
-        # Windows has no call that tells it; its file systems take 255.
-        limit = os.pathconf(out, "PC_NAME_MAX") if hasattr(os, "pathconf") else 255
-        for source, group in zip(sources, names, strict=True):
-            if max(len(os.fsencode(name)) for name in group) > limit:
-                raise InputError(
-                    "the names of its results would be too long; give it a shorter name",
-                    where=str(source),
-                )
+        _check_lengths(sources, names, out)
         marks = [_mark(source, settings) for source in sources]
 
         def is_there(number: int) -> bool:

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.refocus.moving_sum import SumLayout
+from plenofir.refocus.moving_sum import SumLayout, steps_of
 
 
 class StackLayout(SumLayout):
@@ -62,14 +62,7 @@ def focal_stack_lines(
     slices = range(len(layout.shifts))
     history = [[0] * count for count in layout.history_lines]
 
-    # Steps: the line that begins, the index in it, the sample.
-    steps: list[tuple[int | None, int, int | None]] = []
-    for number, line in enumerate(queue):
-        for k in range(layout.least_steps(len(line), columns=True)):
-            sample = int(line[k]) if k < len(line) else None
-            steps.append((number if k == 0 else None, k, sample))
-    steps += [(None, k, None) for k in range(delay)]
-
+    steps = steps_of(queue, layout)
     due = -1
     total = [0] * len(slices)
     first_sum, held_sum, result = list(total), list(total), list(total)
@@ -85,10 +78,8 @@ def focal_stack_lines(
         for s in slices:
             if begins is not None:
                 first_sum[s] = held_sum[s] = 0
-            if sample is not None:
-                for sums, held in ((first_sum, False), (held_sum, True)):
-                    if layout.is_initial(s, phase, held=held):
-                        sums[s] += value * (index == layout.initial_index(s, phase, held=held))
+            for sums, held in ((first_sum, False), (held_sum, True)):
+                sums[s] += value * (index == layout.first_index(s, phase, held=held))
             if due_begins is not None:
                 total[s], result[s] = first_sum[s], held_sum[s]
             elif due >= 0:

@@ -159,6 +159,11 @@ class SumLayout:
         """Sums that are stored for each column: running, first, and if needed held ones."""
         return 2 + self.holds_outputs + self.begins_within_group
 
+    def first_index(self, slice_: int, phase: int, *, held: bool) -> int | None:
+        """Index of a phase's pixel that a line's first sums take up; None for none."""
+        initial = self.is_initial(slice_, phase, held=held)
+        return self.initial_index(slice_, phase, held=held) if initial else None
+
     def least_steps(self, length: int, *, columns: bool) -> int:
         """Least steps from a line's beginning to the next one's, `length` or more.
 
@@ -169,6 +174,21 @@ class SumLayout:
         if not columns:
             return steps
         return max(steps, self.reach) if self.any_length else max(steps, -(-length // m) * m)
+
+
+def steps_of(
+    lines: Sequence[npt.NDArray[np.int64]], layout: SumLayout
+) -> list[tuple[int | None, int, int | None]]:
+    """The line that begins in each step, the index in it, and the sample.
+
+    Empty steps fill up lines that are too short, and flush the last one.
+    """
+    steps: list[tuple[int | None, int, int | None]] = []
+    for number, line in enumerate(lines):
+        for k in range(layout.least_steps(len(line), columns=True)):
+            sample = int(line[k]) if k < len(line) else None
+            steps.append((number if k == 0 else None, k, sample))
+    return steps + [(None, k, None) for k in range(layout.delay + 1)]
 
 
 def moving_sum_lines(
@@ -189,18 +209,7 @@ def moving_sum_lines(
     rings = [np.zeros(max(ring, 1), np.int64) for ring in layout.ring_lines]
     write = [0] * m
 
-    def first_index(slice_: int, phase: int, *, held: bool) -> int | None:
-        initial = layout.is_initial(slice_, phase, held=held)
-        return layout.initial_index(slice_, phase, held=held) if initial else None
-
-    # Steps: the line that begins, and the sample.
-    steps: list[tuple[int | None, int, int | None]] = []
-    for number, line in enumerate(queue):
-        for k in range(layout.least_steps(len(line), columns=True)):
-            sample = int(line[k]) if k < len(line) else None
-            steps.append((number if k == 0 else None, k, sample))
-    steps += [(None, 0, None)] * (delay + 1)
-
+    steps = steps_of(queue, layout)
     due = -1
     results: list[list[int]] = [[] for _ in queue]
     for now, (begins, index, sample) in enumerate(steps):
@@ -210,8 +219,8 @@ def moving_sum_lines(
             first_sum = held_sum = 0
         phase = index % m
         if sample is not None:
-            first_sum += sample * (index == first_index(order[current], phase, held=False))
-            held_sum += sample * (index == first_index(order[current], phase, held=True))
+            first_sum += sample * (index == layout.first_index(order[current], phase, held=False))
+            held_sum += sample * (index == layout.first_index(order[current], phase, held=True))
         due_begins = steps[now - delay][0] if now >= delay else None
         if due_begins is not None:
             due, output = due_begins, 0

@@ -161,13 +161,9 @@ def fit_grid(
     raise first or no_grid("no grid of micro images")
 
 
-def _fit(
-    fitter: GrowingFit, score: float, next_score: float, layout: Layout | None, order: int | None
-) -> Fit:
-    """Fit one lattice; refuse it if too little speaks for it."""
-    largest = max(fitter.shape) / 2
-    pitch = max(extents(fitter.grid))
-    radius = _FIRST_RADIUS * pitch
+def _grow(fitter: GrowingFit, largest: float, order: int | None) -> None:
+    """Fit from the middle outwards, then light and centres in turn until both are settled."""
+    radius = _FIRST_RADIUS * max(extents(fitter.grid))
     fitter.refine(min(radius, largest), 3, (EVEN,))
     while radius < largest:
         radius *= _GROWTH
@@ -185,6 +181,10 @@ def _fit(
             f"{of_order}centres uncertain by {moved:.2f} pixels (between rounds of the fit)"
         )
     fitter.fit_pixels()
+
+
+def _regular_lenses(fitter: GrowingFit, pitch: float) -> int:
+    """Number of lenses that fit the grid; refused if they scatter or are too few."""
     used = int((fitter.weights > 0).sum())
     if fitter.scatter > _LARGEST_SCATTER * pitch:
         raise no_grid(
@@ -194,6 +194,17 @@ def _fit(
         raise no_grid(f"{used} of {len(fitter.weights)} micro images on a regular grid")
     if used < _FEWEST_LENSES:
         raise no_grid(f"{used} regular micro images only")
+    return used
+
+
+def _fit(
+    fitter: GrowingFit, score: float, next_score: float, layout: Layout | None, order: int | None
+) -> Fit:
+    """Fit one lattice; refuse it if too little speaks for it."""
+    largest = max(fitter.shape) / 2
+    pitch = max(extents(fitter.grid))
+    _grow(fitter, largest, order)
+    used = _regular_lenses(fitter, pitch)
     if order is None:
         check_outliers(fitter)
     t, s, centres = fitter.whole_lenses(largest)

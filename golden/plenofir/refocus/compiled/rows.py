@@ -51,12 +51,8 @@ class Summands(NamedTuple):
 @inner
 def row_of(frame: Frame, s0: int, s1: int) -> Row:
     """Plan sums s0 to s1 - 1 of a line, and allocate memory for them."""
-    plan, first, columns, m = (
-        frame.plan,
-        frame.first,
-        frame.plan.columns,
-        frame.plan.micro_image_size,
-    )
+    plan, first, columns = frame.plan, frame.first, frame.plan.columns
+    m = plan.micro_image_size
     pixel = plan.channels * LINE_BYTES // frame.loops.word_bytes
     # Sharpened sums take in pixels from one lens before them to one behind them.
     beside = m * int(frame.taps.side > 0)
@@ -84,10 +80,8 @@ def row_of(frame: Frame, s0: int, s1: int) -> Row:
         leaving[k] = (leaving[k] - low + margin if inside else beside) * pixel
     memory = (count + 2 * m + 2 * margin + PAD) * pixel * int(plan.order > 0)
     size = (high - low + 2 * margin + PAD) * pixel
-    in_order, in_order_leaving = (
-        np.empty(count + 2 * m, np.int64),
-        np.empty(count + 2 * m, np.int64),
-    )
+    sums = count + 2 * m
+    in_order, in_order_leaving = np.empty(sums, np.int64), np.empty(sums, np.int64)
     for k in range(in_order.size):
         in_order[k] = (k + margin) * pixel
         in_order_leaving[k] = (k - plan.box + margin) * pixel
