@@ -88,7 +88,9 @@ def test_ports_beyond_the_package_are_noticed(tmp_path: Path) -> None:
     plan = make_plan(load_scene(file))
     assert pins_of(plan) == sum(max(bits, 1) for _, _, bits in core_ports(plan))
     note = pins_note(plan)
-    assert note.startswith(f"the core has {pins_of(plan)} ports, the clg400 package of the XC7Z020")
+    assert note.startswith(
+        f"the core has {pins_of(plan)} ports, the package of the XC7Z020 has 125"
+    )
     write_project(plan, "vivado", tmp_path / "out")
     assert note in (tmp_path / "out" / "README").read_text()
     assert pins_note(make_plan(load_scene("grey-microscope", "xc7z020"))) == ""

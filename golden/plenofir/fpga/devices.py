@@ -131,12 +131,33 @@ _ROWS: dict[Family, tuple[_Row, ...]] = {
         ("xc6slx150", 92152, 184304, 268, 180, "fgg484", "xc6slx150-[3]fgg484"),
     ),
     "series7": (
+        ("xc7s6", 3750, 7500, 10, 10, "ftgb196", "xc7s6ftgb196-[1]"),
+        ("xc7s15", 8000, 16000, 20, 20, "ftgb196", "xc7s15ftgb196-[1]"),
+        ("xc7a12t", 8000, 16000, 40, 40, "cpg238", "xc7a12tcpg238-[1]"),
+        ("xc7a15t", 10400, 20800, 50, 45, "csg324", "xc7a15tcsg324-[1]"),
+        ("xc7z007s", 14400, 28800, 100, 66, "clg400", "xc7z007sclg400-[1]"),
+        ("xc7s25", 14600, 29200, 90, 80, "csga324", "xc7s25csga324-[1]"),
+        ("xc7a25t", 14600, 29200, 90, 80, "csg325", "xc7a25tcsg325-[1]"),
         ("xc7z010", 17600, 35200, 120, 80, "clg400", "xc7z010clg400-[1]"),
         ("xc7a35t", 20800, 41600, 100, 90, "csg324", "xc7a35tcsg324-[1]"),
+        ("xc7a50t", 32600, 65200, 150, 120, "csg324", "xc7a50tcsg324-[1]"),
+        ("xc7s50", 32600, 65200, 150, 120, "csga324", "xc7s50csga324-[1]"),
         ("xc7k70t", 41000, 82000, 270, 240, "fbg676", "xc7k70tfbg676-[1]"),
+        ("xc7z015", 46200, 92400, 190, 160, "clg485", "xc7z015clg485-[1]"),
+        ("xc7a75t", 47200, 94400, 210, 180, "csg324", "xc7a75tcsg324-[1]"),
+        ("xc7s75", 48000, 96000, 180, 140, "fgga484", "xc7s75fgga484-[1]"),
         ("xc7z020", 53200, 106400, 280, 220, "clg400", "xc7z020clg400-[1]"),
         ("xc7a100t", 63400, 126800, 270, 240, "csg324", "xc7a100tcsg324-[1]"),
+        ("xc7s100", 64000, 128000, 240, 160, "fgga484", "xc7s100fgga484-[1]"),
+        ("xc7z030", 78600, 157200, 530, 400, "fbg676", "xc7z030fbg676-[1]"),
+        ("xc7k160t", 101400, 202800, 650, 600, "fbg676", "xc7k160tfbg676-[1]"),
         ("xc7a200t", 134600, 269200, 730, 740, "fbg484", "xc7a200tfbg484-[1]"),
+    ),
+    "usplus": (
+        ("xczu2eg", 47232, 94464, 300, 240, "sbva484", "xczu2eg-sbva484-[1]-e"),
+        ("xczu3eg", 70560, 141120, 432, 360, "sbva484", "xczu3eg-sbva484-[1]-e"),
+        ("xcku5p", 216960, 433920, 960, 1824, "ffvb676", "xcku5p-ffvb676-[1]-e"),
+        ("xczu7ev", 230400, 460800, 624, 1728, "ffvc1156", "xczu7ev-ffvc1156-[1]-e"),
     ),
     "cyclonev": (
         ("5ceba4", 18480, 73920, 308, 132, "f23", "5CEBA4F23[C8]"),
@@ -150,7 +171,9 @@ _ROWS: dict[Family, tuple[_Row, ...]] = {
     ),
     "nexus": (
         ("lifcl-17", 13824, 13824, 24, 24, "cabga256", "LIFCL-17-[9]BG256C"),
+        ("lfd2nx-17", 13824, 13824, 24, 24, "cabga256", "LFD2NX-17-[9]BG256C"),
         ("lifcl-40", 32256, 32256, 84, 56, "cabga400", "LIFCL-40-[9]BG400C"),
+        ("lfd2nx-40", 32256, 32256, 84, 56, "cabga256", "LFD2NX-40-[9]BG256C"),
     ),
     "gw1n": (("gw1nr-9", 8640, 6480, 26, 20, "qn88p", "GW1NR-LV9QN88P[C6/I5]"),),
     "gw2a": (("gw2ar-18", 20736, 15552, 46, 48, "qn88", "GW2AR-LV18QN88[C8/I7]"),),
@@ -163,7 +186,9 @@ _ROWS: dict[Family, tuple[_Row, ...]] = {
 _NEXTPNR = "what nextpnr counts ({})"
 _SOURCES: dict[Family, str] = {
     "spartan6": "Xilinx DS160, table 1",
-    "series7": "Xilinx DS180, DS190 (Zynq-7000); a block RAM of 36 Kbit counts twice",
+    "series7": "Xilinx DS180, DS189 (Spartan-7), DS190 (Zynq-7000); a block RAM of 36 Kbit counts "
+    "twice",
+    "usplus": "Xilinx DS890, DS891; a block RAM of 36 Kbit counts twice",
     "cyclonev": "what Quartus Prime's fitter says that the part has (5CEBA4F23C8: 18,480 ALMs, 308 "
     "M10K, 66 DSP blocks; 5CSEBA6U23I7: 41,910, 553, 112); an ALM has four flip-flops, a DSP block "
     "two multipliers. The data sheet (CV-51001) has 41,509 ALMs and 557 M10K for the 5CSEBA6",
@@ -185,29 +210,42 @@ _CLOCKS: dict[Family, tuple[tuple[int, float], ...]] = {
     "gatemate": ((1, 25.0),),
 }
 # 28 nm, so at least as fast as ECP5 (40 nm).
-_ASSUMED: tuple[Family, ...] = ("series7", "cyclonev")
+_ASSUMED: tuple[Family, ...] = ("series7", "usplus", "cyclonev")
 # Inputs and outputs of the usual package, by the same documents (Zynq: of its logic; Cyclone V: the
 # product table). Missing are those that were not found.
 _PINS = {
     **{"xc6slx9": 200, "xc6slx16": 232, "xc6slx25": 266, "xc6slx45": 218, "xc6slx75": 280},
     **{"xc6slx100": 326, "xc6slx150": 338, "xc7z010": 100, "xc7z020": 125, "xc7a35t": 210},
-    **{"xc7k70t": 300, "xc7a100t": 210, "xc7a200t": 285, "5ceba4": 224, "5cseba6": 145},
+    **{"xc7k70t": 300, "xc7a100t": 210, "5ceba4": 224, "5cseba6": 145},
     **{"lfe5u-12f": 197, "lfe5u-25f": 197, "lfe5u-45f": 203, "lfe5u-85f": 205, "gw2ar-18": 66},
-    **{"ccgm1a1": 162},
+    **{"xc7s25": 150, "xc7s50": 210, "xc7s75": 338, "xc7s100": 338, "xc7a15t": 210},
+    **{"xc7a25t": 150, "xc7a50t": 210, "xc7a75t": 210, "xc7a200t": 285, "xc7z007s": 100},
+    **{"xc7k160t": 400, "ccgm1a1": 162},
 }
 # By the beginning of a device's name, from slow to fast.
 _GRADES: dict[str, tuple[str, ...]] = {
     "xc6slx": ("2", "3"),
     "xc7": ("1", "2", "3"),
+    "xc7s": ("1", "2"),
+    "xczu": ("1", "2"),
+    "xcku": ("1", "2", "3"),
     "5ce": ("C8", "C7", "C6"),
     "5cse": ("I7", "C6"),
     "lfe5u": ("6", "7", "8"),
     "lifcl": ("7", "8", "9"),
+    "lfd2nx": ("7", "8", "9"),
     "gw1nr": ("C5/I4", "C6/I5", "C7/I6"),
     "gw2ar": ("C7/I6", "C8/I7", "C9/I8"),
     "gw5a": ("C1/I0", "C2/I1"),
     "ccgm": (),
 }
+
+
+def family_clocks(family: Family) -> tuple[tuple[int, float], ...]:
+    """Clocks that cores are trusted to keep on a family: most pixels a clock, and MHz."""
+    return _CLOCKS.get(family, _ECP5_CLOCKS)
+
+
 _OTHER_NAMES = {
     "gw2a-18": "gw2ar-18",
     "gw5a-25a": "gw5a-25",
@@ -230,7 +268,7 @@ def _device(family: Family, row: _Row) -> Device:
         f"{before}{{}}{after}",
         grade,
         _GRADES[grades],
-        _CLOCKS.get(family, _ECP5_CLOCKS),
+        family_clocks(family),
         family in _ASSUMED,
         _SOURCES[family],
     )

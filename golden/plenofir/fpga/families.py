@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Family = Literal[
-    "spartan6", "series7", "cyclonev", "ecp5", "nexus", "gw1n", "gw2a", "gw5a", "gatemate"
+    "spartan6", "series7", "usplus", "cyclonev", "ecp5", "nexus", "gw1n", "gw2a", "gw5a", "gatemate"
 ]
 
 
@@ -156,6 +156,25 @@ FAMILIES: dict[Family, Facts] = {
         ),
         lut_ram=_XILINX_LUT_RAM,
         multipliers=(Multiplier((25, 18), (2, 2), 1, part=18, signed=True, product=9),),
+        rom_cost=1 / 64,
+        ports="-noiopad",
+    ),
+    "usplus": Facts(
+        title="UltraScale+",
+        names=("LUT", "flip-flops", "block RAM (18 Kbit)", "DSP48E2"),
+        synthesis="synth_xilinx -family xcup -flatten -noclkbuf",
+        cells=(
+            _XILINX_CELLS,
+            _XILINX_FLIP_FLOPS,
+            {"RAMB18E2": 1, "RAMB36E2": 2},
+            {"DSP48E2": 1},
+        ),
+        block_rams=(
+            BlockRam(129, _18K),
+            BlockRam(257, _widths(15, 1, 2, 4, 9, 18, 36, 72), units=2),
+        ),
+        lut_ram=_XILINX_LUT_RAM,
+        multipliers=(Multiplier((27, 18), (2, 2), 1, part=18, signed=True, product=9),),
         rom_cost=1 / 64,
         ports="-noiopad",
     ),

@@ -57,7 +57,7 @@ class Tool:
 
 TOOLS: dict[str, Tool] = {
     "vivado": Tool(
-        "AMD Vivado", ("series7",), True, ("xdc", "xdc", "xdc"),
+        "AMD Vivado", ("series7", "usplus"), True, ("xdc", "xdc", "xdc"),
         lambda device: {"part": device.part}, "make", "context",
     ),
     "quartus": Tool(
@@ -115,6 +115,10 @@ def tool_of(plan: Plan, name: str | None) -> tuple[str, Tool]:
             f"{TOOLS[chosen].title} does not build for {title}; take another device, such as "
             f"--device {fits}, or --tool {fitting[0]}",
             where="tool",
+        )
+    if chosen == "trellis" and device.name not in NAMES:
+        raise InputError(
+            f"Project Trellis does not know the {device.title}; take --tool diamond", where="tool"
         )
     return chosen, TOOLS[chosen]
 
@@ -217,8 +221,8 @@ def pins_note(plan: Plan) -> str:
     if not there or needed <= there:
         return ""
     return (
-        f"the core has {needed} ports, the {plan.chip.package} package of the {plan.chip.title} "
-        f"{there} pins: it is for the inside of a design"
+        f"the core has {needed} ports, the package of the {plan.chip.title} has {there} pins: "
+        "it is for the inside of a design"
     )
 
 

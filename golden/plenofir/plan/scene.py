@@ -29,6 +29,7 @@ from plenofir.fpga.sensors import Entry
 from plenofir.ground import project
 from plenofir.ground.errors import InputError, validation_error
 from plenofir.ground.files import input_file
+from plenofir.plan.scene_device import SceneDevice, nearest_device
 from plenofir.plan.scene_light_field import SceneStored, load_stored
 from plenofir.plan.scene_screen import SceneScreen
 from plenofir.plan.scene_stack import SceneStack
@@ -204,7 +205,12 @@ class SceneBuild(_Part):
     @classmethod
     def _is_a_device(cls, name: str) -> str:
         if device_name(name) not in DEVICES:
-            raise ValueError(f"choose one of {', '.join(DEVICES)}")
+            near = nearest_device(name)
+            nearest = f"the nearest is {near}; " * bool(near)
+            raise ValueError(
+                f"not in the table of devices; {nearest}plenofir devices lists all, and [device] "
+                "takes the facts of any other part"
+            )
         return device_name(name)
 
     @field_validator("sharpen")
@@ -262,6 +268,8 @@ class Scene(_Part):
     frame: SceneFrame
     depth: SceneDepth
     build: SceneBuild = SceneBuild()
+    # A part that is not in the table, in place of build.device.
+    device: SceneDevice | None = None
     # Source of raw frames, from which the chip makes the raster; None if the raster comes in.
     sensor: SceneSensor | None = None
     screen: SceneScreen | None = None
@@ -297,6 +305,12 @@ class Scene(_Part):
         stack = self.stack is not None or (self.screen is not None and self.screen.judges)
         _refuse_first(
             (self.screen is not None and not video, "screen needs build.path = 'video'"),
+            (self.device is not None and build.path != "core", "device needs build.path = 'core'"),
+            (
+                self.device is not None
+                and not build.model_fields_set.isdisjoint(("device", "speed_grade")),
+                "[device] takes the place of build.device and build.speed_grade",
+            ),
             (self.stack is not None and build.path != "core", "stack needs build.path = 'core'"),
             (
                 self.screen is not None and sensor is not None,
@@ -404,6 +418,8 @@ class LoadedScene(BaseModel):
     def device(self) -> Device:
         """The device with its speed grade; InputError if it has no such grade."""
         build = self.scene.build
+        if self.scene.device is not None:
+            return self.scene.device.device()
         device = DEVICES[build.device]
         if build.speed_grade is None:
             return device
@@ -494,6 +510,7 @@ def _for_device(content: dict[str, Any], device: str) -> dict[str, Any]:
     """Content of a scene for another device: with the core alone, if its boards have no input."""
     build = {**content.get("build", {}), "device": device}
     build.pop("speed_grade", None)
+    content = {name: part for name, part in content.items() if name != "device"}
     board = board_of(device_name(device))
     has_video = board is not None and _takes(board, content.get("frame", {}))
     has_camera = board is not None and board.camera is not None

@@ -20,7 +20,7 @@ from plenofir.fpga.resources.record import Weights, load_record
 UNFITTED = 0.33
 """Largest relative error of LUTs and flip-flops where no design of the family was fitted."""
 # Families with the same cells, whose weights are those of another one.
-_LIKE: dict[Family, Family] = {"gw1n": "gw2a"}
+_LIKE: dict[Family, Family] = {"gw1n": "gw2a", "usplus": "series7"}
 
 
 # In families without multipliers products are logic, weighed by the bits of their factors.

@@ -58,7 +58,7 @@ def _readme(plan: Plan, parts: Sequence[Component], of_vivado: Mapping[str, str]
         "Checked: the XML by the schema of the standard, the ports by elaboration in GHDL.\n"
     )
     if not of_vivado:
-        return f"{text}Vivado's scripts come with a device of the 7 series.\n"
+        return f"{text}Vivado's scripts come with a device of the 7 series or UltraScale+.\n"
     text += (
         "\nVivado reads IP-XACT of 2009 with additions of its own, so it packages by itself:\n"
         "  vivado -mode batch -source package_ip.tcl\n"

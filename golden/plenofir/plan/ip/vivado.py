@@ -21,7 +21,7 @@ def scripts(
 ) -> dict[str, str]:
     """Tcl for a scene's components by file names; `files` are the VHDL of each, in order."""
     device = plan.chip
-    if device.family != "series7":
+    if device.family not in ("series7", "usplus"):
         return {}
     names = ["package_ip.tcl"]
     # A block design shows one slice at a time, beside the processing system of a Zynq.
