@@ -14,6 +14,7 @@ from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import find_mode, range_limits
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir.fpga.screen.chip_light_field import STORED_PACKAGE, stored_package
+from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish
 from plenofir.plan.plan import Plan
 from plenofir.plan.scene_top import PACKAGE, TOP, package_text, top_text
@@ -84,6 +85,16 @@ def clock_range_of(plan: Plan) -> int:
     mode = find_mode(size.columns, size.rows, 1e6 * plan.clock_mhz / plan.frame_clocks)
     assert mode is not None
     return _board(plan).clock_range(mode)
+
+
+def refuse_board(plan: Plan) -> None:
+    """InputError for a scene of a whole board."""
+    if plan.path != "core":
+        raise InputError(
+            f"{plan.scene} is for a board; make bitstream builds it. For the core alone take "
+            "--device with another device",
+            where=plan.scene,
+        )
 
 
 def configure(

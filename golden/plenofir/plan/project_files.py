@@ -20,7 +20,7 @@ from plenofir.fpga.synthesis.ecp5 import NAMES
 from plenofir.fpga.tools.synthesis import write_verilog
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish_files
-from plenofir.plan.configure import configure, needed_sources
+from plenofir.plan.configure import configure, needed_sources, refuse_board
 from plenofir.plan.core_alone import (
     OUT_OF_CONTEXT,
     PINS_TOP,
@@ -121,16 +121,6 @@ def tool_of(plan: Plan, name: str | None) -> tuple[str, Tool]:
             f"Project Trellis does not know the {device.title}; take --tool diamond", where="tool"
         )
     return chosen, TOOLS[chosen]
-
-
-def refuse_board(plan: Plan) -> None:
-    """InputError for a scene of a whole board."""
-    if plan.path != "core":
-        raise InputError(
-            f"{plan.scene} is for a board; make bitstream builds it. For the core alone take "
-            "--device with another device",
-            where=plan.scene,
-        )
 
 
 def _with_parallel_camera(plan: Plan, out: Path) -> list[Path]:

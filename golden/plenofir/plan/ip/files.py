@@ -9,12 +9,11 @@ from tempfile import TemporaryDirectory
 
 from plenofir.fpga import hdl
 from plenofir.ground.files import publish_files
-from plenofir.plan.configure import configure, needed_sources
+from plenofir.plan.configure import configure, needed_sources, refuse_board
 from plenofir.plan.ip.components import Component, components, entity_text
 from plenofir.plan.ip.ipxact import component_xml
 from plenofir.plan.ip.vivado import scripts
 from plenofir.plan.plan import Plan
-from plenofir.plan.project_files import refuse_board
 from plenofir.plan.scene_top import TOP
 
 
