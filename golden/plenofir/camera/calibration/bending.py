@@ -43,7 +43,8 @@ from plenofir.camera.calibration.moire import USUAL, waves
 _TUKEY = 6.0
 _FIRST_ROUNDS, _ROUNDS = 6, 20
 _SETTLED = 1e-3
-# Models are compared on at most this many lenses, drawn at random with a fixed seed.
+# Models are compared on at most this many lenses, drawn at random with a fixed seed: each of
+# ten is fitted to them, and only the best one to all lenses.
 _COMPARED = 4000
 # Error in pixels that all centroids have in common: the largest of a constant, a multiple of the
 # pitch, and a multiple of its reciprocal.

@@ -21,15 +21,22 @@ HALF_WIDTH = 0.6
 """Half width of the window in pitches."""
 CORE_HALF_WIDTH = 0.35
 """Half width of the window over the middle of a micro image, in pitches."""
+# Patches of so many pixels, 8 MB of floats, are matched in one go, however many lenses there are.
 _BLOCK_PIXELS = 1 << 21
 # Window for matching micro images, in pitches: 1 up to the first radius, 0 beyond the second.
 _EVEN_TO, _NOTHING_FROM = 0.42, 0.58
+# Micro images of more pixels are sampled in larger steps, of an image that is smoothed accordingly:
+# time would grow with the square of the pitch.
 _MATCHED_SAMPLES = 28
 _TEMPLATE_LENSES = 1000
 # A brightness slope and a shift of a small round spot are hard to tell apart; if they correlate by
 # more than this, only shifts are fitted.
 _ALIKE = 0.85
+# The windows are moved by this share of a pitch to both sides, so that the response is exact to
+# the second order of it.
 _TRIAL = 0.05
+# Windows of small micro images are evaluated between pixels, at so many places a pitch: at whole
+# pixels alone the sum would depend on where in a pixel the centre lies.
 _PLACES_A_PITCH = 24
 _TRIAL_LENSES = 1000
 

@@ -12,6 +12,7 @@ from plenofir.camera.calibration.grid import (
 from plenofir.camera.calibration.growing import GrowingFit
 from plenofir.camera.calibration.lattice import no_grid, primitive_vectors, reduced_lengths
 
+# The mean cell is smoothed by 0.7 samples: two spots half a cell apart, 6 samples, stay two.
 _CELL_SAMPLES = 12
 _CELL_LENSES = 600
 # If the lenses of every second or third row are mostly darker than this share of the usual

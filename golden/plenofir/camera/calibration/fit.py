@@ -48,6 +48,7 @@ from plenofir.camera.calibration.shading import (
 from plenofir.camera.calibration.white import DARK, DIMMEST, enough
 from plenofir.ground.errors import InputError
 
+# In pitches: over so few lenses a guess that is off by less than a tenth of a pitch counts rightly.
 _FIRST_RADIUS = 5.0
 _GROWTH = 1.6
 # Below this share of the brightness around it, a micro image counts as missing.
@@ -72,6 +73,7 @@ _HARMED = 8.0
 # Standard errors of the standard error that are added to it.
 _SURE = 1.0
 _SMALLEST_CELL_MARGIN = 0.4
+# Each costs a whole fit, and the error of the first is told if all fail.
 _CANDIDATES = 4
 # Lattices that score less than this share of the best one are not tried.
 _LIKELY = 0.5

@@ -11,6 +11,7 @@ from plenofir.refocus.operator import Image
 
 _LUMINANCE = np.array([0.2125, 0.7154, 0.0721], dtype=np.float32)
 _BAND = 256  # lines
+# Rounding to whole levels is an error of up to 3 % of so many.
 _DARKEST_LEVELS = 16
 _CLIPPED_SHARE = 0.75
 # From this share of clipped pixels on, micro images are flattened; percentile of their signal.
@@ -20,6 +21,7 @@ _SMALLEST = 12
 _AROUND_PIXEL, _LEAST_MOSAIC = (0.25, 0.5, 0.25), 0.05
 # Kinds of pixels below this share of the usual contrast see none of the light, or are clipped.
 _LEAST_CONTRAST = 0.05
+# Cameras store 10, 12 and 14 bits in words of 16.
 _FULL_SCALES = {(1 << bits) - 1 for bits in (10, 12, 14)}
 
 

@@ -23,13 +23,16 @@ GRID_ADVICE = (
     "a white image shows a regular grid of micro images, evenly lit, at least 5 x 5 of them"
 )
 
+# The middle of the image is enough to tell the lattice, and distortion is least there.
 _CROP = 1024
 _LEAST_SIDE = 12
 # Largest shift examined in one version of the image, in its pixels.
 _SHORTEST, _LONGEST = 2.3, 15.0
 _REACH = 34
 _SMALL_SCALE, _LARGE_SCALE = 0.5, 6.0
+# All pairs of peaks are tried, 91 in each version of the image.
 _PEAKS = 14
+# The correlation is divided by the overlap, which would multiply noise by more than five.
 _LEAST_OVERLAP = 0.2
 _WEAKEST = 0.04
 # Pitches from here on are seen without the version that is twice as fine.

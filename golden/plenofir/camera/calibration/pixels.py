@@ -35,6 +35,8 @@ _LIGHT_ORDER = 4
 _STEPS = 6
 _SMALL_STEP = 1e-4
 _ROWS = 1 << 11
+# Pixels of all lenses that are fitted. Each has an equation with all parameters, so time grows with
+# their number, and the scatter of the lenses tells the error whatever their number is.
 _MOST_ROWS = 30_000
 
 

@@ -16,6 +16,7 @@ from plenofir.camera.calibration.grid import Flags, Floats
 # distance in pixels.
 _RADIUS, _PLACES, _FINEST = 0.75, 50.0, 0.35
 _LENSES, _PIXELS = 400, 40_000
+# A pixel sees light of its own lens and, in a hexagonal grid, of six around it.
 _NEIGHBOURS = 7
 # Strength of the profile's smoothness prior, relative to the pixels' information.
 _EVEN = 1e-3

@@ -16,6 +16,7 @@ from plenofir.camera.calibration.grid import (
 
 # Pixels extend half a pixel beyond their centres; a little more includes centres on the border.
 BORDER = 0.52
+# e^30 is beyond any light, and its like are still numbers of 32 bits.
 _LARGEST_LOG = 30.0
 
 

@@ -45,7 +45,9 @@ DARK = 0.02
 DIMMEST, _BRIGHTEST = 0.25, 1.8
 # A lens beside this many unlit ones is at the border of the image circle, which cuts it off.
 _UNLIT_NEIGHBOURS = 3
+# In pitches: it takes noise away, and leaves gaps between micro images dark.
 _SMOOTH = 0.06
+# Rounds before the last one only tell where the next one looks: a random part of the lenses does.
 _ENOUGH_LENSES = 12000
 MANY_LENSES = 400
 # Micro images of more pixels are located by their borders, unless they are spots: those have a
@@ -61,6 +63,7 @@ _EVEN_LIGHT = 0.15
 # Prior standard deviation of how much darker the gaps are in cells of e times the area, as a share
 # of the brightest lens.
 _WIDER = 0.5
+# Centroids are divided by the response, so noise would be multiplied by 50 and more.
 _WEAKEST_RESPONSE = 0.02
 _EVEN_BELOW, _TOLD_BELOW = 0.85, 0.95
 # Share of the clipped level from which on gaps are bright: micro images touch.
