@@ -119,7 +119,8 @@ def chosen_board(board: str | None, device: str | None, plan: "Plan | None") -> 
     from plenofir.fpga.boards import BOARDS, board_of
 
     if plan is not None and (of_scene := board_of(plan.device)) is not None:
-        return of_scene, plan.device
+        # Several boards may have the plan's device.
+        return BOARDS[board] if board else of_scene, plan.device
     chosen = BOARDS[board or DEFAULT_BOARD]
     return chosen, device_of(chosen, device) if device else chosen.devices[0]
 
@@ -234,7 +235,7 @@ def build(
     if target.flow != "ise":
         with steps_bar("bitstream", 0.0) as show:
             if plan is not None:
-                built = build_scene(plan, Path(out), show, beyond=beyond_data_sheet)
+                built = build_scene(plan, Path(out), show, board=target, beyond=beyond_data_sheet)
             else:
                 built = build_core(
                     target, part, generics, Path(out), show, beyond=beyond_data_sheet

@@ -6,19 +6,25 @@ from pathlib import Path
 from plenofir.fpga.bitstream import gowin, nextpnr, nexus
 from plenofir.fpga.bitstream.open_build import NextpnrReport
 from plenofir.fpga.bitstream.steps import Progress
-from plenofir.fpga.boards import board_of
+from plenofir.fpga.boards import Board, board_of
 from plenofir.plan.configure import board_packages, clock_range_of, scene_generics
 from plenofir.plan.plan import Plan
 
 
 def build_scene(
-    plan: Plan, out: Path, progress: Progress, *, beyond: bool = False
+    plan: Plan,
+    out: Path,
+    progress: Progress,
+    *,
+    board: Board | None = None,
+    beyond: bool = False,
 ) -> NextpnrReport:
     """Build the bitstream of a scene whose board is not ISE's; see the family's own ``build``.
 
-    `beyond` accepts clocks beyond the data sheet.
+    `board` is one with the plan's device, None the first of them; `beyond` accepts clocks beyond
+    the data sheet.
     """
-    board, camera = board_of(plan.device), plan.camera
+    board, camera = board or board_of(plan.device), plan.camera
     assert board is not None
     target, packages = (board, plan.device, scene_generics(plan)), board_packages(plan)
     if board.flow == "gowin":

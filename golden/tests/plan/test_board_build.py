@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bitstreams of scenes with open tools: each board by its family's, with its clocks."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from plenofir.commands.bitstream import chosen_board, scene_plan
 from plenofir.fpga.bitstream import gowin, nextpnr, nexus
+from plenofir.fpga.boards import BOARDS
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.board_build import build_scene
 
@@ -49,3 +52,16 @@ def test_each_board_is_built_with_the_tools_of_its_family(
     if family is nextpnr:
         camera = nextpnr.CameraClocks(228.0, 25.0) if scene == "ulx3s-csi" else None
         assert named == {"beyond": True, "camera": camera}
+
+
+def test_a_named_board_is_built_though_another_comes_first(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    second = replace(BOARDS["ulx3s"], top="second_top", devices=("lfe5u-25f",), package="cabga256")
+    monkeypatch.setitem(BOARDS, "second", second)
+    built: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(nextpnr, "build", lambda *given, **_: built.append(given))
+    plan = scene_plan("ulx3s-480p", "second")
+    board, device = chosen_board("second", None, plan)
+    build_scene(plan, tmp_path, lambda *_: None, board=board)
+    assert (device, [given[:2] for given in built]) == ("lfe5u-25f", [(second, "lfe5u-25f")])
