@@ -46,39 +46,38 @@ class FilterLayout:
         shift, box = self.shifts[slice_], self.box(slice_)
         return output_offset(self.micro_image_size, shift, self.align, box)
 
-    def _own_delay(self, slice_: int) -> int:
-        """Output delay of a filter for a single slice: S[k] leaves tap o at step k."""
-        origin = (self.micro_image_size - 1) * max(1 - self.shifts[slice_], 0)
-        return origin + self.offset(slice_)
+    @cached_property
+    def _delays(self) -> tuple[int, ...]:
+        """Output delay of a filter for each slice alone: S[k] leaves tap o at step k."""
+        m = self.micro_image_size
+        return tuple(
+            (m - 1) * max(1 - shift, 0) + self.offset(s) for s, shift in enumerate(self.shifts)
+        )
 
-    def _width(self, slice_: int) -> int:
-        """Switches that a phase closes."""
-        return 1 if self.hold else self.box(slice_)
-
-    @property
-    def _slices(self) -> range:
-        return range(len(self.shifts))
+    @cached_property
+    def _widths(self) -> tuple[int, ...]:
+        """Switches that a phase closes, for each slice."""
+        return tuple(1 if self.hold else self.box(s) for s in range(len(self.shifts)))
 
     @property
     def delay(self) -> int:
         """Steps from a pixel to the output of the same index (rows: pixels, columns: lines)."""
-        return max(map(self._own_delay, self._slices))
+        return max(self._delays)
 
     @property
     def taps(self) -> int:
         """Number of taps W, for one shift B + (M-1) |a'-1|; with hold B-1 less."""
+        slices = zip(self.shifts, self._delays, self._widths, strict=True)
         m = self.micro_image_size
-        behind = (
-            self._width(s) + (m - 1) * abs(self.shifts[s] - 1) - self._own_delay(s)
-            for s in self._slices
-        )
-        return self.delay + max(behind)
+        behind = max(width + (m - 1) * abs(shift - 1) - delay for shift, delay, width in slices)
+        return self.delay + behind
 
     @property
     def can_hold(self) -> bool:
         """Whether the M outputs of every micro image are equal in all slices."""
         m = self.micro_image_size
-        return all(self.shifts[s] % m == 0 and self.offset(s) % m == 0 for s in self._slices)
+        slices = enumerate(self.shifts)
+        return all(shift % m == 0 and self.offset(s) % m == 0 for s, shift in slices)
 
     @cached_property
     def switches(self) -> SwitchMatrix:
@@ -86,8 +85,8 @@ class FilterLayout:
         m = self.micro_image_size
         phase = np.arange(m)[None, :, None]
         shift = np.array(self.shifts)[:, None, None]
-        origin = [self.delay - self.offset(s) for s in self._slices]
-        width = np.array([self._width(s) for s in self._slices])[:, None, None]
+        origin = [self.delay - self.offset(s) for s in range(len(self.shifts))]
+        width = np.array(self._widths)[:, None, None]
         first = phase * (shift - 1) + np.array(origin)[:, None, None]
         delay = self.taps - 1 - np.arange(self.taps)[None, None, :]
         closed: SwitchMatrix = (delay >= first) & (delay < first + width)

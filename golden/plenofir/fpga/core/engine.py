@@ -159,13 +159,10 @@ class Raster(BaseModel):
             return self.shifts
         return (1,) * (len(self.shifts) if self.boxes_differ else 1)
 
-    def pass_boxes(self, number: int) -> tuple[int, ...]:
-        """Samples of the box for each of `pass_shifts`."""
-        return self.slice_boxes[: len(self.pass_shifts(number))]
-
     def filter_layout(self, number: int = 0) -> FilterLayout:
         """Taps of the switched filter that is equivalent to a stage."""
-        shifts, boxes = self.pass_shifts(number), self.pass_boxes(number)
+        shifts = self.pass_shifts(number)
+        boxes = self.slice_boxes[: len(shifts)]
         return FilterLayout(self.micro_image_size, shifts, self.align, boxes=boxes)
 
     @property
