@@ -31,6 +31,10 @@ REPORTS = {
         "sharpening_report",
         "Weights of sharpening, nearness to the object, noise and harm: Markdown with pictures.",
     ),
+    "boxes": (
+        "box_report",
+        "Boxes of fewer samples than M: nearness to the object, noise, resolution: Markdown.",
+    ),
     "stability": (
         "refocus_stability",
         "Extreme inputs, and how errors of floating point grow: Markdown with figures.",

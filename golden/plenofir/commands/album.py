@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import partial
 from math import ceil, floor
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from plenofir.commands.last_run import Earlier, key_of
 from plenofir.commands.rasters import MAPS, doubt_of_depth, unit_of
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from plenofir.camera.recognise import Field
     from plenofir.commands.looks import Look
     from plenofir.ground.images import Image
-    from plenofir.refocus import Aperture
 
 Show = Callable[[str, int, int], None]
 
@@ -71,12 +70,16 @@ class Album:
         self.earlier, self.mark = earlier, mark
         self.disparity: Disparity | None = None  # once it was searched
         self.in_focus: Image | None = None  # values of the field, once it was made
+        self.facts: tuple[object, ...] = ()  # what it alone is made from
         # Each picture's name, its caption, and what the page shows.
         self.shown: list[tuple[str, str, str]] = []
         self.films: set[str] = set()
 
-    def make(self, most: int, aperture: "Aperture | None", tilt: tuple[float, float]) -> list[str]:
-        """All of them, at most so many refocused ones; lines for the summary."""
+    def make(self, most: int, how: dict[str, Any]) -> list[str]:
+        """All of them, at most so many refocused ones; lines for the summary.
+
+        `how`: aperture, tilt and box, as `plenofir.refocus.best_picture` takes them.
+        """
         import numpy as np
 
         from plenofir.camera.lightfield.any_field import (
@@ -87,7 +90,7 @@ class Album:
             sharp_everywhere,
             view_at,
         )
-        from plenofir.camera.lightfield.stack import enlarged_view
+        from plenofir.camera.lightfield.enlarged import enlarged_view
         from plenofir.camera.recognise.source import quiet
         from plenofir.refocus import setting_names
 
@@ -108,10 +111,10 @@ class Album:
         self.disparity = searched.disparity
         low, high = _range(searched.disparity, central)
         settings = _settings(low, high, m, most)
-        through = aperture, tilt
+        through, box = tuple(how.values()), how["box"]
+        self.facts = (box,)
 
         def refocused(a: Fraction) -> "Image":
-            how = {"aperture": aperture, "tilt": tilt}
             return self.look(next(iter(pictures_of(source, m, [a], quiet, **how)))).pixels
 
         frames = []
@@ -123,11 +126,11 @@ class Album:
         self.show("all in focus", 0, 0)
 
         def sharp() -> "Image":
-            image = sharp_everywhere(source, m, nearest)
+            image = sharp_everywhere(source, m, nearest, box=box)
             self.in_focus = np.rint(image / self.look.unit).astype(pixels.dtype)
             return self.look(image).pixels
 
-        self.add("all_in_focus.png", sharp, "Sharp everywhere")
+        self.add("all_in_focus.png", sharp, "Sharp everywhere", None, *self.facts)
         around = frames + frames[-2:0:-1]
         self.animation("focus", lambda: around, "Through the focus", settings, *through)
         self.animation(
@@ -180,7 +183,7 @@ class Album:
         from plenofir.view import export, light_field_page
 
         self.show("making the viewer", 0, 1)
-        if self.reused("viewer.html"):
+        if self.reused("viewer.html", *self.facts):
             return
         picture = self.field.picture
         page = light_field_page(

@@ -278,9 +278,8 @@ class _Run:
             "exposure_per_frame": self.per_frame,
         }
         options.refuse_used(of_folders, "is for a folder of results")
-        (aperture, tilt), camera = self.pupil.values(), self.camera
-        planes = (a, z, camera.camera, camera.focus)
-        return _volume(frames, hints, planes, out, aperture=aperture, tilt=tilt)
+        planes = (a, z, self.camera.camera, self.camera.focus)
+        return _volume(frames, hints, planes, out, **self.pupil.how())
 
     def refocus(
         self, frames: list[str], hints: "Hints", a: list[str] | None, out: Path
@@ -302,7 +301,6 @@ class _Run:
             options.require(name, "calib", is_given)
         if self.operator.is_set:
             self.pupil.refuse_beside("--interpolation, --sharpen or --no-upsample")
-        aperture, tilt = self.pupil.values()
         return _refocused(
             frames,
             hints,
@@ -313,8 +311,7 @@ class _Run:
             upsample=self.operator.upsample,
             sharpen=self.operator.sharpen or "off",
             best=not self.operator.is_set,
-            aperture=aperture,
-            tilt=tilt,
+            **self.pupil.how(),
         )
 
     def develop(
@@ -334,15 +331,13 @@ class _Run:
         self.camera.check()
         check_folder(Path(out), out)
         sources = _unpacked(find_frames(frames), Path(out))
-        aperture, tilt = self.pupil.values()
         job = Job(
             hints,
             self.camera.camera,
             self.camera.focus,
             exposure=self.look.exposure or "auto",
             gamma=self.look.gamma,
-            aperture=aperture,
-            tilt=tilt,
+            **self.pupil.how(),
         )
         with progress_bar("developing") as show:
             kept, failed = _develop_all(
@@ -403,7 +398,7 @@ def batch(
     """
     run = _Run(workers, operator, files, camera, pupil, look, per_frame)
     # A bad aperture or tilt is refused before anything else.
-    pupil.values()
+    pupil.how()
     captured = hints._replace(white=files.white, calib=files.calib, dark=files.dark)
     try:
         if is_volume(out):

@@ -65,7 +65,7 @@ def develop(
         slices,
         look.exposure,
         look.gamma,
-        *pupil.values(),
+        **pupil.how(),
     )
     there = summary_there(Path(capture), job, folder)
     if there is not None:

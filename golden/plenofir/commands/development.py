@@ -45,6 +45,7 @@ class Job(NamedTuple):
     gamma: float | None = None
     aperture: "Aperture | None" = None
     tilt: tuple[float, float] = (0.0, 0.0)
+    box: int | None = None
     run: "Exposure | None" = None  # that of the run, instead of the capture's own
 
     def marks(self, capture: Path) -> "Marks":
@@ -58,7 +59,7 @@ class Job(NamedTuple):
         if camera is not None and Path(camera).exists():
             camera = content_mark(Path(camera))
         of_field = name, source, white, calib, dark
-        plain = self._replace(slices=0, aperture=None, tilt=(0.0, 0.0))
+        plain = self._replace(slices=0, aperture=None, tilt=(0.0, 0.0), box=None)
         return Marks(
             key_of("calibration", white, dark, hints.bayer),
             key_of("field", of_field, hints),
@@ -104,10 +105,11 @@ def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Develo
             else:
                 field = field_of(focal)
             lines_told = _told(field) if focal is None else _found(field)
-            if job.camera is not None and is_rectangle(field.picture.pixels):
-                raise InputError(
-                    "is for a plenoptic camera's square of views; leave it out", where="camera"
-                )
+            for name, value in (("camera", job.camera), ("box", job.box)):
+                if value is not None and is_rectangle(field.picture.pixels):
+                    raise InputError(
+                        "is for a plenoptic camera's square of views; leave it out", where=name
+                    )
             m = field.micro_image_size
             model = model_of(job.camera, job.focus, m)
             size = m if focal is None else 1
@@ -120,7 +122,8 @@ def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Develo
             else:
                 pictures = FocusedAlbum(results, field, model, look, show, earlier, marks.pictures)
                 pictures.focal = replace(focal, look=look)
-            lines += pictures.make(job.slices, job.aperture, job.tilt)
+            how = {"aperture": job.aperture, "tilt": job.tilt, "box": job.box}
+            lines += pictures.make(job.slices, how)
             pictures.viewer(title, exposed)
             results.write("index.html", page(title, pictures, lines))
             report = {

@@ -2,7 +2,7 @@
 """The pictures of a focused camera's capture for `plenofir develop`."""
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from plenofir.commands.album import Album
 from plenofir.commands.focused import FocusedField, maps_of, sharp, slices_between
@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from plenofir.camera.exposure import Exposure
     from plenofir.camera.recognise import Field
     from plenofir.ground.images import Image
-    from plenofir.refocus import Aperture
 
 # Least probability of a depth that counts.
 _SURE = 0.5
@@ -37,13 +36,14 @@ class FocusedAlbum(Album):
     by_hand = False
     focal: FocusedField
 
-    def make(self, most: int, aperture: "Aperture | None", tilt: tuple[float, float]) -> list[str]:
+    def make(self, most: int, how: dict[str, Any]) -> list[str]:
         """All of them, at most so many refocused ones; lines for the summary."""
         from plenofir.camera.focused import search_depth
 
-        if aperture is not None or any(tilt):
+        if how != {"aperture": None, "tilt": (0.0, 0.0), "box": None}:
             raise InputError(
-                "--aperture and --tilt are not for a capture of a focused camera; leave them out"
+                "--aperture, --tilt and --box are not for a capture of a focused camera; leave "
+                "them out"
             )
         focal = self.focal
         depth = search_depth(

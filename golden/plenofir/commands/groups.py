@@ -6,13 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from inspect import Parameter, Signature, signature
 from math import inf
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import Any, get_type_hints
 
 from plenofir.commands import options
-
-if TYPE_CHECKING:
-    from plenofir.refocus import Aperture
-
 
 Command = Callable[..., None]
 
@@ -81,16 +77,23 @@ class CameraData:
 
 @dataclass(frozen=True)
 class Pupil:
-    """The part of the pupil that counts, and the tilt of the focal plane."""
+    """The views that count: of all pixels, or of each; and the tilt of the focal plane."""
 
     aperture: options.Aperture = None
     tilt: options.Tilt = None
+    box: options.Box = None
 
-    def values(self) -> "tuple[Aperture | None, tuple[float, float]]":
-        """Aperture and rise of the focal plane."""
+    def how(self) -> dict[str, Any]:
+        """Options of `plenofir.refocus.best_picture`."""
         from plenofir.commands.looks import aperture_of, tilt_of
 
-        return aperture_of(self.aperture), tilt_of(self.tilt)
+        if self.box is not None:
+            self.refuse_beside("--box")
+        return {
+            "aperture": aperture_of(self.aperture),
+            "tilt": tilt_of(self.tilt),
+            "box": self.box,
+        }
 
     def refuse_beside(self, other: str) -> None:
         """Refuse both beside what takes all views, and planes."""

@@ -2,7 +2,7 @@
 """Commands that refocus: refocus, stack."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
@@ -42,7 +42,6 @@ def refocus_command(
     of: AtDepth,
     out: Annotated[str, typer.Option(help="PNG, TIFF or JPEG file to write.")] = "refocused.png",
     operator: Operator,
-    box: options.Box = None,
     pupil: Pupil,
     border: options.Border = "normalise",
     exposed: LookOptions,
@@ -56,10 +55,10 @@ def refocus_command(
 ) -> None:
     """Refocus an aligned raw image to a picture to look at, at any real a.
 
-    --interpolation, --sharpen, --box and --no-upsample take the operator as the thesis has it
-    instead, correctly rounded, at multiples of 1/M. The file says in XMP how it was made, with a
-    camera also where it is focused. With --calib it takes a raw capture; that of a focused camera
-    is refocused to a virtual depth, -v.
+    --interpolation, --sharpen and --no-upsample take the operator as the thesis has it instead,
+    correctly rounded, at multiples of 1/M. The file says in XMP how it was made, with a camera also
+    where it is focused. With --calib it takes a raw capture; that of a focused camera is refocused
+    to a virtual depth, -v.
     """
     from plenofir.camera.description import description_of
     from plenofir.camera.lightfield.any_field import is_rectangle
@@ -72,7 +71,7 @@ def refocus_command(
     camera.check()
     field = of.opened(raster, hints, camera, exposed.exposure, exposed.gamma)
     if field is not None:
-        standard: dict[str, object] = {"a": a, "box": box, "micro_image": hints.micro_image}
+        standard: dict[str, object] = {"a": a, "box": pupil.box, "micro_image": hints.micro_image}
         standard |= {"interpolation": operator.interpolation, "sharpen": operator.sharpen}
         standard |= {"upsample": not operator.upsample, "aperture": pupil.aperture}
         standard |= {"tilt": pupil.tilt, "border": border != "normalise", "region": region}
@@ -82,17 +81,17 @@ def refocus_command(
     if a is None:
         raise InputError("give a focus setting, such as -3/5", where="a")
     hints = hints._replace(calib=of.calib)
-    exact = operator.is_set or box is not None
+    exact = operator.is_set
     if exact:
-        pupil.refuse_beside("--interpolation, --sharpen, --box or --no-upsample")
-    aperture, tilt = pupil.values()
+        pupil.refuse_beside("--interpolation, --sharpen or --no-upsample")
+    how = pupil.how()
     raw, m, *_ = read_field(raster, hints, rectangles=True)
     rectangle = is_rectangle(raw.pixels)
     if rectangle:
         used = {
             "interpolation": operator.interpolation,
             "sharpen": operator.sharpen,
-            "box": box,
+            "box": pupil.box,
             "upsample": not operator.upsample,
             "aperture": pupil.aperture,
             "tilt": pupil.tilt,
@@ -122,17 +121,15 @@ def refocus_command(
                 sharpen=weight,
                 upsample=operator.upsample,
                 border=border,
-                box=box,
+                box=pupil.box,
                 region=part,
             )
         else:
-            image = best_picture(
-                look.source, m, setting, aperture=aperture, tilt=tilt, border=border, region=part
-            )
+            image = best_picture(look.source, m, setting, border=border, region=part, **how)
     if image.size == 0:
         raise InputError(f"{region} lies outside of the picture", where="region")
     publish({path.name: look(image)._replace(xmp=description_of(m, setting, model))}, path.parent)
-    units = sharpening_units(weight, m, int(setting * m), order, box=box) if exact else 0
+    units = sharpening_units(weight, m, int(setting * m), order, box=pupil.box) if exact else 0
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
     typer.echo(f"{out}: a = {setting_text(setting, m)}, {size}{sharpened}")
@@ -169,6 +166,7 @@ def _volume(
     pixels = deepened(field.pixels)
     if is_rectangle(pixels):
         used: dict[str, object] = {"camera": camera.camera, "aperture": how["aperture"]}
+        used["box"] = how["box"]
         used["tilt"] = any(how["tilt"])
         options.refuse_used(used, "is for a square of views")
     chosen = slices_of_volume(*planes, camera.camera, camera.focus, m)
@@ -199,6 +197,11 @@ class _Extra:
         ),
     ] = False
     radius: options.Radius = 1
+
+    def refuse_beside(self, pupil: Pupil) -> None:
+        """Refuse an aperture or a tilt beside the VHDL's slices."""
+        if self.index:
+            pupil.refuse_beside("--depth-index")
 
     def check(self) -> None:
         """Refuse options that cannot be combined."""
@@ -233,8 +236,9 @@ def stack(
 
     Without focus settings it goes from 0 to 1 in steps of 1/M. Slices are made as refocus makes
     them, with one exposure for all, and the border is normalised; with --depth-index they are the
-    VHDL's. A volume keeps the light field's values, in 16 bits, and with a microscope as --camera
-    has sizes in um. A focused camera's capture, with --calib, is swept over virtual depths, -v.
+    VHDL's, and --box is for what all_in_focus.png has in focus. A volume keeps the light field's
+    values, in 16 bits, and with a microscope as --camera has sizes in um. A focused camera's
+    capture, with --calib, is swept over virtual depths, -v.
     """
     from plenofir.camera.description import description_of
     from plenofir.camera.lightfield.any_field import (
@@ -247,11 +251,16 @@ def stack(
     from plenofir.refocus import setting_names
     from plenofir.refocus.sharpness import MAX_STACK
 
-    aperture, tilt = pupil.values()
+    how = pupil.how()
     field = of.opened(raster, hints, camera, exposed.exposure or "auto", exposed.gamma)
     if field is not None:
         standard: dict[str, object] = {"a": a, "z": z, "border": border, "out": is_volume(out)}
-        standard |= {"depth_index": extra.index, "aperture": pupil.aperture, "tilt": pupil.tilt}
+        standard |= {
+            "depth_index": extra.index,
+            "aperture": pupil.aperture,
+            "tilt": pupil.tilt,
+            "box": pupil.box,
+        }
         sweep(field, of.virtual_depth, Path(out), standard, everywhere=extra.everywhere)
         return
     options.refuse_used({"virtual_depth": of.virtual_depth}, _FOCUSED)
@@ -265,19 +274,17 @@ def stack(
             "gamma": exposed.gamma is not None,
         }
         options.refuse_used(used, "is for a folder of slices")
-        how = {"aperture": aperture, "tilt": tilt, "border": border or "normalise"}
-        typer.echo(_volume(raster, hints, (a, z), out, camera, **how))
+        typer.echo(_volume(raster, hints, (a, z), out, camera, border=border or "normalise", **how))
         return
     if z:
         raise InputError("is for volumes; give --out NAME.ome.tif, too", where=options.typed("z"))
     extra.check()
     camera.check()
-    if extra.index:
-        pupil.refuse_beside("--depth-index")
+    extra.refuse_beside(pupil)
     check_folder(Path(out), out)
     raw, m, *_ = read_field(raster, hints, rectangles=True)
     if is_rectangle(raw.pixels):
-        beside = {"border": border, "aperture": pupil.aperture, "tilt": pupil.tilt}
+        beside = {"border": border, **asdict(pupil)}
         options.refuse_used({"depth_index": extra.index, **beside}, "is for a square of views")
     settings = options.focus_settings(a or ["0:1"], m, rounded=extra.index)
     shifts = options.shifts_of(settings, m) if extra.index else ()
@@ -297,9 +304,7 @@ def stack(
             slices = slices_of(raw.pixels, m, settings, show, border=edge)
             pictures = slices_of(look.source, m, settings, show, border=edge)
         else:
-            slices = pictures = pictures_of(
-                look.source, m, settings, show, aperture=aperture, tilt=tilt, border=edge
-            )
+            slices = pictures = pictures_of(look.source, m, settings, show, border=edge, **how)
         names = iter(zip(setting_names(settings, m), settings, strict=True))
         for image in pictures:
             name, setting = next(names)
@@ -312,9 +317,19 @@ def stack(
         if extra.everywhere:
             disparity = search_depth(raw.pixels, m, progress=show).disparity
             nearest = disparity.limited(float(min(settings)), float(max(settings)))
-            save(results, "all_in_focus.png", look(sharp_everywhere(look.source, m, nearest, show)))
+            everywhere = sharp_everywhere(look.source, m, nearest, show, box=pupil.box)
+            save(results, "all_in_focus.png", look(everywhere))
         if extra.index:
-            _save_index(results, slices, shifts, raw.pixels, m, extra.radius, look)
+            sharp = slices_of(raw.pixels, m, settings, show, border=edge, box=pupil.box)
+            _save_index(
+                results,
+                (slices, sharp if pupil.box else None),
+                shifts,
+                raw.pixels,
+                m,
+                extra.radius,
+                look,
+            )
     print_lines(*lines)
     warn_of_camera(model)
 
@@ -350,14 +365,17 @@ def _save_curve(
 
 def _save_index(
     results: Results,
-    slices: "Slices",
+    stacks: "tuple[Slices, Slices | None]",
     shifts: tuple[int, ...],
     pixels: "Image",
     m: int,
     radius: int,
     look: "FieldLook",
 ) -> None:
-    """Write the sharpest slice of each micro image, as the VHDL finds it, and depth between."""
+    """Write the sharpest slice of each micro image, as the VHDL finds it, and depth between.
+
+    `stacks`: the slices, and those with smaller boxes for what is in focus.
+    """
     import numpy as np
 
     from plenofir.camera.depth_picture import depth_picture
@@ -373,7 +391,8 @@ def _save_index(
     channels, bits = (1, 3)[pixels.ndim > 2], 8 * pixels.dtype.itemsize
     level = confidence_level(TEXTURE, m, radius, channels, bits)
     between = shifts if len(shifts) > 2 and has_order(shifts) else ()
-    sharpest = depth_index(slices, m, radius, confidence=level, shifts=between)
+    slices, sharp = stacks
+    sharpest = depth_index(slices, m, radius, confidence=level, shifts=between, sharp=sharp)
     if sharpest.confidence is not None:
         depth = sharpest.focus(shifts, m)
         sure = np.where(sharpest.confidence < SURE, np.nan, depth)

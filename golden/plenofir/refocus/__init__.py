@@ -14,6 +14,7 @@ from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from plenofir.ground.errors import InputError
 from plenofir.ground.extras import missing
@@ -24,6 +25,7 @@ from plenofir.refocus.arithmetic import (
     error_against_operator,
 )
 from plenofir.refocus.border import Border, check_border
+from plenofir.refocus.by_place import chosen
 from plenofir.refocus.checks import (
     MAX_INTERPOLATION_ORDER,
     Align,
@@ -43,6 +45,7 @@ from plenofir.refocus.operator import (
     clamped_shift,
     gather_sums,
     interpolated_sums,
+    least_box,
     moving_sums,
     output_offset,
     refocus_sums,
@@ -95,6 +98,7 @@ __all__ = [
     "processors",
     "real_focus",
     "refocus",
+    "refocus_by_place",
     "refocus_sums",
     "scatter_sums",
     "setting_names",
@@ -283,3 +287,30 @@ def _whole(
         normalise=border == "normalise",
         box_samples=size,
     )
+
+
+def refocus_by_place(
+    raw: Image,
+    M: int,  # noqa: N803  (as `refocus` has it)
+    a: int | str | Fraction,
+    here: npt.NDArray[np.bool_],
+    *,
+    box: int,
+    **how: Any,
+) -> Image:
+    """Refocus with a box of B samples in some micro images, and with one of M in all others.
+
+    `here`: where the box is small, shape (t, s), a value for each micro image that the raw image
+    begins. `box`: B, or the next larger one that the slice can have
+    (`plenofir.refocus.operator.least_box`). `how`: further options of `refocus`,
+    for the whole picture. Result: `chosen` from both pictures. Raises `InputError` for what
+    `refocus` refuses, and if `here` has another shape.
+    """
+    size = least_box(M, focus_to_shift(a, whole_number(M, "M", 1)), box)
+    whole = refocus(raw, M, a, **how)
+    lenses = tuple(-(-length // M) for length in whole.shape[:2])
+    if here.shape != lenses:
+        raise InputError(f"has the shape {here.shape}; it must be {lenses}", where="here")
+    if size == M or not here.any():
+        return whole
+    return chosen(refocus(raw, M, a, box=size, **how), whole, here, M)

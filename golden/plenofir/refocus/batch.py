@@ -45,6 +45,7 @@ from plenofir.refocus import (
 )
 from plenofir.refocus.batch_record import Content, Entry, Record
 from plenofir.refocus.checks import whole_number
+from plenofir.refocus.operator import box_size, least_box
 from plenofir.refocus.pictures import WEIGHT
 
 Progress = Callable[[int, int], None]
@@ -70,6 +71,7 @@ class Settings:
     best: bool = False  # pictures as of `plenofir.refocus.best_picture` instead
     aperture: Aperture | None = None  # of these, as its tilt
     tilt: tuple[float, float] = (0.0, 0.0)
+    box: int | None = None  # of either
 
     def check(self) -> None:
         """Refuse settings that `plenofir.refocus.refocus` would refuse for every frame."""
@@ -77,10 +79,11 @@ class Settings:
         interpolation_order(self.order)
         if not self.a:
             raise InputError("no focus settings were given; give one or more")
+        least_box(self.micro_image_size, 1, self.box)
         if self.best:
             return
         for a, units in zip(self.a, self.weights(), strict=True):
-            focus_to_shift(a, self.micro_image_size)
+            box_size(self.micro_image_size, focus_to_shift(a, self.micro_image_size), self.box)
             if units and not self.upsample:
                 raise InputError(
                     f"one pixel for each micro lens takes off or auto, not {self.sharpen}",
@@ -97,7 +100,9 @@ class Settings:
         """One of the pictures of a frame, by one thread."""
         m = self.micro_image_size
         if self.best:
-            return best_picture(raw, m, a, aperture=self.aperture, tilt=self.tilt, threads=1)
+            return best_picture(
+                raw, m, a, aperture=self.aperture, tilt=self.tilt, box=self.box, threads=1
+            )
         return refocus(
             raw,
             m,
@@ -105,6 +110,7 @@ class Settings:
             interpolation=self.order,
             sharpen=self.sharpen,
             upsample=self.upsample,
+            box=self.box,
             threads=1,
         )
 
@@ -112,17 +118,21 @@ class Settings:
         """Sharpening of each focus setting, see `plenofir.refocus.sharpening`."""
         m = self.micro_image_size
         shifts = [focus_to_shift(a, m) for a in self.a]
-        return [sharpening_units(self.sharpen, m, shift, self.order) for shift in shifts]
+        return [
+            sharpening_units(self.sharpen, m, shift, self.order, box=self.box) for shift in shifts
+        ]
 
     def signature(self) -> str:
         """Text that is equal for equal settings."""
         focus = " ".join(str(a) for a in self.a)
+        # Old records, which have neither sharpening nor boxes, stay valid.
+        box = "" if self.box is None else f" box={self.box}"
         if self.best:
-            return f"M={self.micro_image_size} a={focus} {WEIGHT} {self.aperture} {self.tilt}"
+            return f"M={self.micro_image_size} a={focus} {WEIGHT} {self.aperture} {self.tilt}{box}"
         text = f"M={self.micro_image_size} a={focus} order={self.order} upsample={self.upsample}"
         weights = self.weights()
-        # Old records, which have no sharpening, stay valid.
-        return f"{text} sharpen={' '.join(map(str, weights))}" if any(weights) else text
+        sharpen = f" sharpen={' '.join(map(str, weights))}" if any(weights) else ""
+        return f"{text}{sharpen}{box}"
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import resource
 import shutil
 import sys
 from contextlib import nullcontext
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace as Namespace
@@ -16,6 +17,7 @@ from urllib.request import urlopen
 
 import numpy as np
 import pytest
+from test_refocus import random_image
 
 from plenofir.commands import batch as commands
 from plenofir.commands.app import main
@@ -89,6 +91,14 @@ def test_order_and_names(frames):
             find_frames([bad])
     with pytest.raises(InputError, match="same name"):
         result_names([frames / "a.png", frames / "b" / "a.png"], SETTINGS)
+
+
+def test_a_box_is_that_of_refocus_and_changes_the_record():
+    raw, a = random_image((30, 40), np.uint8), Fraction(2, 5)
+    for best, want in ((False, refocus(raw, 5, a, box=3)), (True, best_picture(raw, 5, a, box=3))):
+        settings = Settings(5, (a,), best=best, box=3)
+        assert np.array_equal(settings.refocused(raw, a), want)
+        assert settings.signature() == f"{replace(settings, box=None).signature()} box=3"
 
 
 def test_names_with_brackets_are_no_patterns(frames):
@@ -308,6 +318,8 @@ def test_refusals(frames):
     for settings, message in (
         (Settings(5, (Fraction(1, 3),)), "denominator divides 5"),
         (Settings(5, (Fraction(1, 5),), upsample=False), "integer"),
+        (Settings(5, (Fraction(1),), box=3), "box: must be a multiple of gcd"),
+        (Settings(5, (Fraction(1),), box=6, best=True), "box: must be 5 samples or fewer"),
         (Settings(5, ()), "no focus settings"),
         (Settings(0, (Fraction(1),)), "must be an integer, 1 or more"),
     ):

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from test_refocus import random_image
 
-from plenofir.camera.lightfield.stack import FocalStack
+from plenofir.camera.lightfield.stack import FocalStack, all_in_focus
 from plenofir.ground.errors import InputError
-from plenofir.refocus import ExactArithmetic, best_picture
-from plenofir.refocus.by_place import blended, refocus_by_place
+from plenofir.refocus import ExactArithmetic, refocus_by_place
 from plenofir.refocus.sharpness import confidence_level, depth_index
+from plenofir_studies import box_report
 from plenofir_studies import sharpening as study
 
 
@@ -42,6 +42,24 @@ def test_each_pixel_is_that_of_one_box() -> None:
                 assert np.array_equal(got[y, x], want[y, x]), (m, shift, box, y, x)
 
 
+def test_the_depth_index_tells_where() -> None:
+    """Each micro image of the picture in focus is that of its slice by place."""
+    m, shifts = 5, (1, 2, 3, 5)
+    raw, settings = (
+        study.plane(m, 2, study.TEXTURES[1]).raw.copy(),
+        [Fraction(k, m) for k in shifts],
+    )
+    raw[: raw.shape[0] // 3] //= 16
+    stacks = [FocalStack(raw, m, settings, box=box) for box in (None, 3)]
+    level = confidence_level(6.0, m, 1)
+    index = depth_index(stacks[0], m, confidence=level, shifts=shifts, sharp=stacks[1])
+    assert 0.2 < index.textured.mean() < 0.9
+    for number, a in enumerate(settings):
+        picture = refocus_by_place(raw, m, a, index.sharp_in(number), box=3)
+        here = (index.index == number).repeat(m, 0).repeat(m, 1)
+        assert np.array_equal(index.image[here], picture[here])
+
+
 def test_what_is_refused() -> None:
     raw = random_image((20, 20), np.uint8)
     with pytest.raises(InputError, match=r"^here: .*\(4, 4\)"):
@@ -53,29 +71,27 @@ def test_what_is_refused() -> None:
 def test_a_plane_keeps_the_sensors_resolution() -> None:
     m, shift = 7, 3
     field = study.plane(m, shift, study.TEXTURES[1], noise=2)
-    settings = [Fraction(k, m) for k in range(shift - 2, shift + 3)]
-    stacks = [FocalStack(field.raw, m, settings, border="normalise", box=box) for box in (None, 3)]
-    level = confidence_level(6.0, m, 1)
-    inside = slice(field.border, -field.border)
-    pictures = {
-        "all views": depth_index(stacks[0], m, confidence=level).image,
-        "by place": depth_index(stacks[0], m, confidence=level, sharp=stacks[1]).image,
-        "to look at": best_picture(field.raw, m, Fraction(shift, m), box=3),
-    }
+    ways = dict(box_report.WAYS)
     near = {
-        name: study.decibels(picture[inside, inside], field.pixels[inside, inside])
-        for name, picture in pictures.items()
+        name: box_report.decibels(field, ways[name](field.raw, m, shift))
+        for name in ("B = M", "by place, 3", "best, 3", "all in focus, M", "all in focus, 3")
     }
     print(near)
-    assert near["all views"] < 40
-    assert near["by place"] > 47
-    assert near["to look at"] > 50
+    assert max(near["B = M"], near["all in focus, M"]) < 40
+    assert min(near["by place, 3"], near["all in focus, 3"]) > 47
+    assert near["best, 3"] > 50
 
 
-def test_shares_go_from_one_picture_to_the_other() -> None:
-    whole, sharp = np.zeros((20, 30), np.uint16), np.full((20, 30), 1000, np.uint16)
-    shares = np.random.default_rng(1).random((4, 6))
-    got = blended(sharp, whole, shares, 5)
-    assert np.array_equal(got[2::5, 2::5], np.rint(1000 * shares))
-    assert np.array_equal(got[2, 2:8], np.rint(1000 * np.interp(range(6), [0, 5], shares[0, :2])))
-    assert np.array_equal(blended(sharp, whole, np.ones((4, 6)), 5), sharp)
+def test_an_edge_keeps_the_sensors_resolution() -> None:
+    m, shift = 7, 3
+
+    def everywhere(box: int | None) -> box_report.Way:
+        return lambda raw, m, shift: all_in_focus(
+            raw, m, np.full((len(raw) // m,) * 2, shift / m), box=box
+        )
+
+    ways = box_report.by_place, everywhere(3), everywhere(None)
+    halves = [box_report.half_contrast(m, shift, way) for way in ways]
+    print(halves)
+    assert min(halves[:2]) > 0.55
+    assert halves[2] < 0.5

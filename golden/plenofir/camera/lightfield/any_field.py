@@ -119,7 +119,11 @@ def pictures_of(
 
 
 def sharp_everywhere(
-    pixels: Image, micro_image_size: int, disparity: Disparity, progress: Progress | None = None
+    pixels: Image,
+    micro_image_size: int,
+    disparity: Disparity,
+    progress: Progress | None = None,
+    box: int | None = None,
 ) -> Image:
     """The picture that is sharp everywhere, see `all_in_focus`.
 
@@ -128,4 +132,6 @@ def sharp_everywhere(
     if is_rectangle(pixels):
         return central_view(pixels, micro_image_size)
     settings, confidence = disparity.pixels_per_view, disparity.confidence
-    return all_in_focus(pixels, micro_image_size, settings, progress, confidence=confidence)
+    return all_in_focus(
+        pixels, micro_image_size, settings, progress, confidence=confidence, box=box
+    )

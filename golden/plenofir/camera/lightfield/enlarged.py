@@ -3,7 +3,7 @@
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+from scipy import ndimage, sparse
 
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.lightfield.disparity import Disparity
@@ -13,6 +13,9 @@ Floats = npt.NDArray[np.float64]
 
 # Neighbours whose disparities differ by more than this, in pixels per view, are of two things.
 _STEP = 0.1
+# Micro lenses beyond the border that a spline of the third order can tell from its end, and so many
+# apart that no place sees two of them.
+_BESIDE, _APART = 12, 8
 # Lines processed at once.
 _LINES = 512
 # Steps from a place in the picture to that in the central view, for even M.
@@ -96,3 +99,40 @@ def _between(disparity: Floats, view: Floats, large: Floats, places: Floats) -> 
         better = unlike < least
         least, likest = np.where(better, unlike, least), np.where(better, value, likest)
     return np.where(high - low <= _STEP, mean, likest)
+
+
+def enlarged_view(view: Image, times: int) -> Image:
+    """A view, a pixel for each micro lens, as large as the raw image, by cubic splines."""
+    if times == 1:
+        return view
+    # Splines reach far: beyond the border they continue the pixels there.
+    rows, columns = (
+        lens_shares(times * lenses, lenses, times, 3)[times * _BESIDE : -times * _BESIDE]
+        for lenses in (length + 2 * _BESIDE for length in view.shape[:2])
+    )
+    most = np.iinfo(view.dtype).max
+    large = np.empty((rows.shape[0], columns.shape[0], *view.shape[2:]), view.dtype)
+    for k, channel in enumerate(np.moveaxis(np.atleast_3d(view), 2, 0)):
+        splines = ndimage.spline_filter(np.pad(channel, _BESIDE, mode="edge"), 3, np.float64)
+        values = rows @ np.ascontiguousarray((columns @ splines.T).T)
+        large.reshape(*large.shape[:2], -1)[..., k] = np.clip(np.rint(values), 0, most)
+    return large
+
+
+def lens_shares(pixels: int, lenses: int, m: int, order: int) -> sparse.csr_array:
+    """Share of each micro lens in each pixel of a line, by splines; shape (pixels, lenses)."""
+    places = (np.arange(pixels) - (m - 1) / 2) / m
+    parts = []
+    for first in range(min(_APART, lenses)):
+        # Several lenses at once, so far apart that each pixel sees one of them at most.
+        comb = np.zeros(lenses)
+        comb[first::_APART] = 1
+        shares = ndimage.map_coordinates(
+            comb, [places], order=order, mode="nearest", prefilter=False
+        )
+        last = (lenses - 1 - first) // _APART
+        used = first + _APART * np.clip(np.rint((places - first) / _APART), 0, last)
+        there = np.flatnonzero(shares)
+        parts.append((shares[there], there, used[there].astype(np.int64)))
+    values, rows, columns = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return sparse.csr_array((values, (rows, columns)), (pixels, lenses))

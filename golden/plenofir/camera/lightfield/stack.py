@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage, sparse
+from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.lightfield.disparity import Disparity, search_disparity
-from plenofir.camera.lightfield.enlarged import places_in_view
+from plenofir.camera.lightfield.enlarged import lens_shares, places_in_view
 from plenofir.camera.lightfield.indexing import sub_aperture
 from plenofir.ground.errors import InputError
 from plenofir.refocus import (
@@ -26,6 +26,7 @@ from plenofir.refocus import (
 from plenofir.refocus.border import check_border
 from plenofir.refocus.operator import Image, least_box
 from plenofir.refocus.pictures import registered_slice
+from plenofir.refocus.sharpening import derived_moment
 from plenofir.refocus.sharpness import Slices
 
 Floats = npt.NDArray[np.float64]
@@ -45,12 +46,18 @@ _VIEW_SHARPENING = 1 / 16
 # `all_in_focus`, sigmas in micro lenses: where means are those of the central view, and where its
 # share is decided.
 _MEAN_SIGMA, _DOUBT_SIGMA = 0.7, 1.0
+# Weights of the four micro lenses around, in a row, whose common detail is a lattice of views.
+_AROUND = np.array([0.25, 0.25, 0, 0.25, 0.25], np.float32)
+# Share of the detail's energy that micro lenses around have alike: less and more, it is no lattice
+# and is one.
+_OF_LATTICES = 0.1, 0.3
+# Settings of micro lenses beside each other that are those of two things.
+_STEP = 0.1
+# Medians by which the noise of the central view scatters about that of small boxes.
+_SCATTER = 3.0
 # Noise of the central view, from the lower quartile of the energy of differences in groups of like
 # brightness: its factor, groups at most, lenses in each at least; energy of rounding.
 _USUAL, _GROUPS, _GROUP, _ROUNDING = 1.4, 6, 50, 0.3
-# Micro lenses beyond the border that a spline of the third order can tell from its end, and so many
-# apart that no place sees two of them.
-_BESIDE, _APART = 12, 8
 
 
 class FocalStack:
@@ -216,6 +223,7 @@ def all_in_focus(
     progress: Callable[[int, int], None] | None = None,
     *,
     confidence: npt.ArrayLike | None = None,
+    box: int | None = None,
 ) -> Image:
     """Picture that is sharp everywhere: each pixel refocused to its own depth.
 
@@ -227,7 +235,9 @@ def all_in_focus(
 
     `settings`: focus setting of each micro lens, shape (t, s), as `search_disparity` finds them if
     None. `confidence`: probability of each, 1 if None; improbable ones take the mean setting of the
-    surroundings, so that one slice is seen there.
+    surroundings, so that one slice is seen there. `box`: samples B that a pixel averages in place
+    of M (None), by place: as far as the setting is probable, not at whole settings, whose views all
+    meet, nor beside steps of depth, nor where views that differ leave a lattice.
     """
     m = micro_image_size
     raw = check_raw(raw, m)
@@ -235,9 +245,15 @@ def all_in_focus(
         disparity = search_disparity(raw, m).disparity
         settings, confidence = disparity.pixels_per_view, disparity.confidence
     settings = np.asarray(settings, np.float64)
+    sure = np.ones(settings.shape)
     if confidence is not None:
-        settings = Disparity(settings, np.asarray(confidence, np.float64)).settled()
+        sure = np.asarray(confidence, np.float64)
+        settings = Disparity(settings, sure).settled()
     view = _CentralView(raw, m, settings)
+    # Of the picture with small boxes; none beside steps of depth, where views see two things.
+    shares = sure * _smaller(settings * m, m, box)
+    shares[ndimage.maximum_filter(settings, 3) - ndimage.minimum_filter(settings, 3) > _STEP] = 0
+    fine = np.empty_like(raw) if shares.any() else None
     lenses = view.settings.shape
     picture, most = np.empty_like(raw), int(np.iinfo(raw.dtype).max)
     # Means of each micro lens: how much higher those of the enlarged view are than the slices'.
@@ -246,23 +262,38 @@ def all_in_focus(
         enlarged = view.enlarged(part)
         sharp = _sharpened(raw, m, view, part, enlarged)
         picture[part] = np.clip(np.floor(sharp + 0.5), 0, most)
+        if fine is not None:
+            finer = _sharpened(raw, m, view, part, enlarged, box)
+            fine[part] = np.clip(np.floor(finer + 0.5), 0, most)
         of_lenses = _of_lenses(enlarged - sharp, m)
         first = part.start // m
         more[first : first + len(of_lenses)] = of_lenses
         if progress is not None:
             progress(min(part.stop, raw.shape[0]), raw.shape[0])
-    doubt = _doubt(more - _blurred(more, _MEAN_SIGMA), view.seen)
-    shares = doubt.reshape(*lenses, *[1] * (raw.ndim - 2))
-    lift = _blurred((1 - shares) * more, _MEAN_SIGMA)
+    off = more - _blurred(more, _MEAN_SIGMA)
+    if fine is not None:
+        shares *= 1 - _lattice(fine, picture, m, lenses)
+        # What the view has in a micro lens, a small box has somewhere in it, but for noise.
+        c = m // 2
+        share = shares.reshape(*lenses, *[1] * (raw.ndim - 2))
+        low, high = _extremes(fine, m)
+        noise = _SCATTER * np.median(np.abs(view.seen - fine[c::m, c::m][: lenses[0], : lenses[1]]))
+        beyond = view.seen - np.clip(view.seen, low - noise, high + noise)
+        off, more = (each + share * (beyond - each) for each in (off, more))
+    doubt = _doubt(off, view.seen)
+    lift = _blurred((1 - doubt.reshape(*lenses, *[1] * (raw.ndim - 2))) * more, _MEAN_SIGMA)
     for part in _parts(raw.shape[0], m):
-        share = view.interpolated(doubt, part)
-        share = share.reshape(*share.shape, *[1] * (raw.ndim - 2))
+        share = view.share(doubt, part)
         sharp, enlarged = picture[part].astype(np.float64), view.enlarged(part)
-        mixed = sharp + share * (enlarged - sharp)
+        finest = sharp
+        if fine is not None:
+            finest = sharp + view.share(shares, part) * (fine[part] - sharp)
+        mixed = finest + share * (enlarged - finest)
         for k, channel in enumerate(np.moveaxis(np.atleast_3d(lift), 2, 0)):
             mixed.reshape(*mixed.shape[:2], -1)[..., k] += view.interpolated(channel, part)
-        # No ring is darker than both.
-        picture[part] = np.clip(mixed + 0.5, np.minimum(sharp, enlarged), most)
+        # No ring is darker than all of them.
+        least = np.minimum(np.minimum(sharp, finest), enlarged)
+        picture[part] = np.clip(mixed + 0.5, least, most)
     return picture
 
 
@@ -271,6 +302,34 @@ def _of_lenses(values: Floats, m: int) -> Floats:
     rows, columns = (length // m for length in values.shape[:2])
     whole = values[: rows * m, : columns * m]
     return np.asarray(whole.reshape(rows, m, columns, m, *values.shape[2:]).mean((1, 3)))
+
+
+def _lattice(fine: Image, whole: Image, m: int, lenses: tuple[int, ...]) -> Floats:
+    """How sure it is that detail is a lattice of views, from 0 to 1, for each micro lens.
+
+    Views that differ leave a pattern in every micro lens alike, along both dimensions; an edge
+    repeats along one of them at most. `whole`: the picture without detail.
+    """
+    energy, common = np.zeros(lenses), np.zeros(lenses)
+    for v, u in np.ndindex(m, m):
+        detail, without = (
+            each[v::m, u::m][: lenses[0], : lenses[1]].astype(np.float32) for each in (fine, whole)
+        )
+        detail -= without
+        down, right = (ndimage.convolve1d(detail, _AROUND, axis, mode="nearest") for axis in (0, 1))
+        alike = np.minimum(np.abs(down), np.abs(right)) * (down * right > 0)
+        energy += (detail**2).reshape(*lenses, -1).sum(2)
+        common += (alike**2).reshape(*lenses, -1).sum(2)
+    share = _blurred(common, _DOUBT_SIGMA) / np.maximum(_blurred(energy, _DOUBT_SIGMA), 1)
+    low, high = _OF_LATTICES
+    return np.asarray(np.clip((share - low) / (high - low), 0, 1))
+
+
+def _extremes(picture: Image, m: int) -> tuple[Image, Image]:
+    """Least and largest pixels of whole micro lenses."""
+    rows, columns = (length // m for length in picture.shape[:2])
+    whole = picture[: rows * m, : columns * m].reshape(rows, m, columns, m, *picture.shape[2:])
+    return whole.min((1, 3)), whole.max((1, 3))
 
 
 def _blurred(values: Floats, sigma: float) -> Floats:
@@ -333,7 +392,7 @@ class _CentralView:
         ]
         # Shares of lenses in the pixels of lines and columns, linear and cubic.
         rows, columns = (
-            [_shares(length, lenses, m, order) for order in (1, 3)]
+            [lens_shares(length, lenses, m, order) for order in (1, 3)]
             for length, lenses in zip(self.shape, self.settings.shape, strict=False)
         )
         self.rows, self.columns = rows, columns[0]
@@ -348,6 +407,11 @@ class _CentralView:
     def interpolated(self, values: Floats, part: slice) -> Floats:
         """Values of the micro lenses, at the pixels of lines."""
         return np.asarray(self.rows[0][part] @ (self.columns @ values.T).T)
+
+    def share(self, shares: Floats, part: slice) -> Floats:
+        """Shares of the micro lenses, at the samples of lines."""
+        share = self.interpolated(shares, part)
+        return share.reshape(*share.shape, *[1] * (len(self.shape) - 2))
 
     def focus(self, part: slice) -> Floats:
         """Focus settings of pixels."""
@@ -387,44 +451,20 @@ class _CentralView:
         return np.asarray(limited.reshape(*limited.shape[:2], *self.shape[2:]))
 
 
-def enlarged_view(view: Image, times: int) -> Image:
-    """A view, a pixel for each micro lens, as large as the raw image, by cubic splines."""
-    if times == 1:
-        return view
-    # Splines reach far: beyond the border they continue the pixels there.
-    rows, columns = (
-        _shares(times * lenses, lenses, times, 3)[times * _BESIDE : -times * _BESIDE]
-        for lenses in (length + 2 * _BESIDE for length in view.shape[:2])
-    )
-    most = np.iinfo(view.dtype).max
-    large = np.empty((rows.shape[0], columns.shape[0], *view.shape[2:]), view.dtype)
-    for k, channel in enumerate(np.moveaxis(np.atleast_3d(view), 2, 0)):
-        splines = ndimage.spline_filter(np.pad(channel, _BESIDE, mode="edge"), 3, np.float64)
-        values = rows @ np.ascontiguousarray((columns @ splines.T).T)
-        large.reshape(*large.shape[:2], -1)[..., k] = np.clip(np.rint(values), 0, most)
-    return large
+def _smaller(shifts: Floats, m: int, box: int | None) -> Floats:
+    """For each shift the share of the slices before and after it that can have a box of B < M."""
+    if box in (None, m):
+        least_box(m, 1, box)
+        return np.zeros(shifts.shape)
+    can = np.array([least_box(m, shift, box) == box for shift in range(m)], np.float64)
+    before = np.floor(shifts)
+    low, high = (can[np.asarray(before + k, np.int64) % m] for k in (0, 1))
+    return np.asarray(low + (high - low) * (shifts - before))
 
 
-def _shares(pixels: int, lenses: int, m: int, order: int) -> sparse.csr_array:
-    """Share of each micro lens in each pixel of a line, by splines; shape (pixels, lenses)."""
-    places = (np.arange(pixels) - (m - 1) / 2) / m
-    parts = []
-    for first in range(min(_APART, lenses)):
-        # Several lenses at once, so far apart that each pixel sees one of them at most.
-        comb = np.zeros(lenses)
-        comb[first::_APART] = 1
-        shares = ndimage.map_coordinates(
-            comb, [places], order=order, mode="nearest", prefilter=False
-        )
-        last = (lenses - 1 - first) // _APART
-        used = first + _APART * np.clip(np.rint((places - first) / _APART), 0, last)
-        there = np.flatnonzero(shares)
-        parts.append((shares[there], there, used[there].astype(np.int64)))
-    values, rows, columns = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return sparse.csr_array((values, (rows, columns)), (pixels, lenses))
-
-
-def _sharpened(raw: Image, m: int, view: _CentralView, part: slice, enlarged: Floats) -> Floats:
+def _sharpened(
+    raw: Image, m: int, view: _CentralView, part: slice, enlarged: Floats, box: int | None = None
+) -> Floats:
     """Lines at their depth, sharpened to the range of the pixels a lens around and of the view.
 
     Without that limit a bright object has a dark ring.
@@ -433,15 +473,20 @@ def _sharpened(raw: Image, m: int, view: _CentralView, part: slice, enlarged: Fl
     from plenofir.camera.lightfield.focus_loops import sharpened_in_range
 
     lines = slice(max(0, part.start - m), min(len(raw), part.stop + m))
-    soft = _blended_slices(raw, m, view.focus(lines), lines)
+    soft = _blended_slices(raw, m, view.focus(lines), lines, box)
     sharp = np.empty(enlarged.shape)
     flat, weights, out = (each.reshape(len(each), -1) for each in (soft, enlarged, sharp))
     samples, weight = m * (out.shape[1] // raw.shape[1]), float(PICTURE["sharpen"])
+    if box is not None:
+        # As much less as it blurs less.
+        weight *= float(derived_moment(m, 1, 1, box) / derived_moment(m, 1, 1))
     sharpened_in_range(flat, weights, part.start - lines.start, m, samples, weight, out)
     return sharp
 
 
-def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats32:
+def _blended_slices(
+    raw: Image, m: int, focus: Floats, part: slice, box: int | None = None
+) -> Floats32:
     """Lines refocused to a setting for each pixel: blended from the slices before and after."""
     from plenofir.camera.lightfield.focus_loops import add_slice
 
@@ -459,7 +504,7 @@ def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats32:
         rows, columns = (np.flatnonzero((low <= shift) & (shift <= high + 1)) for low, high in ends)
         top, left = part.start + int(rows[0]), int(columns[0])
         lines = slice(top, part.start + int(rows[-1]) + 1), slice(left, int(columns[-1]) + 1)
-        image = registered_slice(raw, m, shift, lines)
+        image = registered_slice(raw, m, shift, lines, box=box)
         image = np.ascontiguousarray(image).reshape(len(image), -1)
         add_slice(image, shifts, shift, int(rows[0]), channels * left, flat)
     return picture

@@ -91,7 +91,7 @@ def test_all_pictures_of_a_capture(folder: Path) -> None:
         ("depth-map", ("--near", "2"), "give both of --near and --far"),
         ("depth-map", ("--near", "-2", "--far", "5"), "on one side of the micro lenses"),
         ("depth-map", ("--ply", *CAMERA), "--ply: is not for"),
-        ("develop", ("--aperture", "0.5"), "--aperture and --tilt are not for"),
+        ("develop", ("--aperture", "0.5"), "--aperture, --tilt and --box are not for"),
     ],
 )
 def test_what_focused_cameras_do_not_take(

@@ -13,7 +13,7 @@ import pytest
 from in_process import plenofir
 
 from plenofir.camera.calibration import calibrate, decode, load_calibration
-from plenofir.camera.lightfield import focal_stack
+from plenofir.camera.lightfield import FocalStack, focal_stack
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import (
     TexturedPlane,
@@ -24,7 +24,7 @@ from plenofir.camera.synthetic import (
 )
 from plenofir.ground.images import Picture, encode_tiff, read_image, read_picture, write_png
 from plenofir.refocus import Aperture, best_picture, refocus
-from plenofir.refocus.sharpness import depth_index
+from plenofir.refocus.sharpness import TEXTURE, confidence_level, depth_index
 from plenofir_studies.calibration_report import MICROSCOPE, microscope_raster
 
 M = 5
@@ -189,7 +189,7 @@ def test_chain(capture: Path) -> None:
         (("-a", "2/5", "--interpolation", "linear"), {"a": "2/5", "interpolation": 1}),
         (("-a", "1", "--no-upsample"), {"a": 1, "upsample": False}),
         (("-a", "1/5", "--interpolation", "nearest"), {"a": "1/5"}),
-        (("-a", "2/5", "--box", "3"), {"a": "2/5", "box": 3, "interpolation": 1}),
+        (("-a", "2/5", "--interpolation", "nearest", "--box", "3"), {"a": "2/5", "box": 3}),
         (
             ("-a", "0", "--sharpen", "off", "--region", "5:,:20"),
             {"a": 0, "region": (slice(5, None), slice(20)), "interpolation": 1},
@@ -205,6 +205,7 @@ def test_chain(capture: Path) -> None:
         (("-a", "0.2062"), {"a": Fraction("0.2062")}),
         (("-a", "0", "--aperture", "0.4,0.5,0"), {"a": 0, "aperture": Aperture(0.4, 0.5)}),
         (("-a", "0", "--tilt", "0.3,-0.1"), {"a": 0, "tilt": (0.3, -0.1)}),
+        (("-a", "2/5", "--box", "3"), {"a": "2/5", "box": 3}),
     ):
         done = plenofir("refocus", "aligned.png", "-M", "5", *options, cwd=capture)
         assert done.returncode == 0, done.stderr
@@ -226,7 +227,7 @@ def test_chain(capture: Path) -> None:
     assert np.array_equal(read_image(capture / "again.png"), aligned)
 
     done = plenofir(
-        *("stack", "aligned.png", "-M", "5", "-a", "-1/5:1", "--all-in-focus"),
+        *("stack", "aligned.png", "-M", "5", "-a", "-1/5:1", "--all-in-focus", "--box", "3"),
         cwd=capture,
     )
     assert done.returncode == 0, done.stderr
@@ -237,14 +238,27 @@ def test_chain(capture: Path) -> None:
         ["all_in_focus.png", "sharpness.png", *(f"refocused_{a}.png" for a in slices)]
     )
     found = read_image(capture / "stack" / "refocused_1_a-1_5.png")
-    assert np.array_equal(found, best_picture(aligned, M, "-1/5"))
+    assert np.array_equal(found, best_picture(aligned, M, "-1/5", box=3))
+    done = plenofir(
+        *("stack", "aligned.png", "-M", "5", "--box", "3", "--tilt", "1,0"), cwd=capture
+    )
+    assert done.returncode == 2
+    assert "--tilt cannot be combined with --box" in done.stderr
 
     options = ("stack", "aligned.png", "-M", "5", "-a", "0:1:2/5", "--out", "index")
-    done = plenofir(*options, "--depth-index", "--radius", "2", cwd=capture)
+    done = plenofir(*options, "--depth-index", "--radius", "2", "--box", "3", cwd=capture)
     assert done.returncode == 0, done.stderr
     settings = ("0", "2/5", "4/5")
     shifts = tuple(int(M * Fraction(a)) for a in settings)
-    want = depth_index(focal_stack(aligned, M, settings), M, 2, shifts=shifts)
+    want = depth_index(
+        focal_stack(aligned, M, settings),
+        M,
+        2,
+        confidence=confidence_level(TEXTURE, M, 2, pixel_bits=16),
+        shifts=shifts,
+        sharp=FocalStack(aligned, M, settings, box=3),
+    )
+    assert want.textured.any()
     assert np.array_equal(read_image(capture / "index" / "all_in_focus.png"), want.image)
     levels = read_image(capture / "index" / "depth_index.png")[::M, ::M]
     assert np.array_equal(levels, np.array([0, 127, 255])[want.index])

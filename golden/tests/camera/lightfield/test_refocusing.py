@@ -26,8 +26,8 @@ from plenofir.camera.lightfield import (
     views,
 )
 from plenofir.camera.lightfield.disparity import views_disparity
+from plenofir.camera.lightfield.enlarged import enlarged_view
 from plenofir.camera.lightfield.fourier import kaiser_bessel, kaiser_bessel_transform
-from plenofir.camera.lightfield.stack import enlarged_view
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.errors import InputError
 from plenofir.refocus import best_picture, refocus
