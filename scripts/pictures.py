@@ -26,7 +26,7 @@ from skimage import data
 
 from module_waves import RowBench, timing_diagrams
 from page_pictures import designed, developed, viewer
-from picture_files import IMAGES, PLANES, Pixels, enlarged, reduced, save, side_by_side
+from picture_files import FLOWER, IMAGES, PLANES, Pixels, enlarged, reduced, save, side_by_side
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.depth_picture import depth_picture
 from plenofir.camera.exposure import Exposure
@@ -361,7 +361,7 @@ def depth() -> None:
 
 def smooth() -> None:
     """Nearest neighbour and whole slices, beside the commands' results."""
-    raw, m, size = read_image(PLANES), 5, 400
+    raw, m = read_image(PLANES), 5
     slices = FocalStack(raw, m, [f"{k}/{m}" for k in range(-m - 1, m + 2)], border="normalise")
     pictures = {
         "a = 1, nearest": refocus(raw, m, 1, border="normalise"),
@@ -369,11 +369,28 @@ def smooth() -> None:
         "all in focus: sharpest slices": depth_index(slices, m).image,
         "all in focus: pixels at their depth": all_in_focus(raw, m),
     }
+    save("smooth.jpg", _captioned(pictures, (slice(150, 310), slice(410, 570))))
+
+
+def boxes() -> None:
+    """A photograph all in focus with all views, and with small boxes by place."""
+    raw, m = read_image(FLOWER), 5
+    pictures = {
+        "all views": all_in_focus(raw, m),
+        "boxes of 3 by place": all_in_focus(raw, m, box=3),
+        "boxes of 2 by place": all_in_focus(raw, m, box=2),
+    }
+    save("boxes.jpg", _captioned(pictures, (slice(290, 450), slice(330, 490))))
+
+
+def _captioned(pictures: dict[str, Pixels], part: tuple[slice, slice]) -> Pixels:
+    """A square part of pictures side by side, enlarged, with their names below."""
+    size = 400
     sheet = Image.new("RGB", (len(pictures) * (size + 8) - 8, size + 28), "white")
     for x, (name, picture) in zip(range(0, sheet.width, size + 8), pictures.items(), strict=True):
-        sheet.paste(Image.fromarray(picture[150:310, 410:570]).resize((size, size), 0), (x, 0))
+        sheet.paste(Image.fromarray(picture[part]).resize((size, size), 0), (x, 0))
         ImageDraw.Draw(sheet).text((x + 4, size + 3), name, "black", ImageFont.load_default(18))
-    save("smooth.jpg", np.asarray(sheet))
+    return np.asarray(sheet)
 
 
 # Ray model and engines.
@@ -466,6 +483,7 @@ PICTURES: dict[str, Callable[[], None]] = {
     "real-captures": real_captures,
     "depth": depth,
     "smooth": smooth,
+    "boxes": boxes,
     "rays": rays,
     "engines": engines,
     "moving-sum": moving_sum,
