@@ -80,6 +80,7 @@ TOPS = (
     "self_test",
     "atlys_top",
     "ulx3s_top",
+    "pynqz2_top",
     "tangnano20k_top",
     "parallel_top",
     "lifcl40_top",

@@ -29,7 +29,7 @@ HDL = project.root() / "hdl"
 MODELS = HDL / "sim"
 
 COMPONENTS_PACKAGE = """\
--- The {family} primitives that the board uses, declared as in {vendor}'s library of this name;
+-- The {family} primitives that boards use, declared as in {vendor}'s library of this name;
 -- built by scripts/build_hdl.py from the entities of the models.
 --
 -- For simulation without {vendor}'s tools: a small library `{library}` with behavioural models,
@@ -47,10 +47,10 @@ end package {package};
 """
 LIBRARIES = {
     "unisim": {
-        "family": "Spartan-6",
+        "family": "Spartan-6 and 7-series",
         "vendor": "Xilinx",
         "package": "vcomponents",
-        "documents": "UG381, UG382, UG615 and XAPP879",
+        "documents": "UG381, UG382, UG471, UG472, UG615 and XAPP879",
     },
     "ecp5u": {
         "family": "ECP5",

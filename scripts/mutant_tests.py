@@ -19,7 +19,7 @@ BOARD = "tb/board/test_board_entities.py"
 LINK = "tb/board/test_link_entities.py"
 TMDS = "tb/tmds/test_tmds_entities.py"
 CHAIN = "tb/hdmi/test_chain.py"
-ULX3S = f"{CHAIN}::test_ulx3s[ulx3s] -m slow"
+ULX3S = f"{CHAIN}::test_other_boards[ulx3s] -m slow"
 # Words in front of a file of tests are variables; here, which of the chain's tests run.
 CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
 OVERLAY = "tb/overlay/test_text_overlay.py"
@@ -113,7 +113,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("tmds/*", (f"{TMDS} -k {{}}", f"{TMDS} -k receiver", CHAIN)),
     ("spartan6/p[hl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
     ("spartan6/*", (CHAIN,)),
-    ("ecp5/phase*", (f"{LINK} -k phase_search", ULX3S)),
+    ("tmds/phase*", (f"{LINK} -k phase_search", ULX3S)),
     ("ecp5/*", (ULX3S,)),
     ("overlay/*", (OVERLAY, CHAIN)),
     ("video/*parallel*", (PARALLEL,)),

@@ -65,6 +65,30 @@ BOARDS: dict[str, dict] = {
         "taps": (1, 126),
         "own_mode": (1024, 768, 600),
     },
+    "pynqz2": {
+        "board": "pynqz2",
+        "generics": {},
+        "data_patience": 100,
+        "fast_khz": 74_250,
+        "slow_khz": 42_000,
+        "refused_khz": 25_175,
+        "lock_us": 320,
+        "delay_recovery_us": 320,
+        "taps": (1, 30),
+        "own_mode": (1024, 768, 600),
+    },
+    "pynqz2-slow": {
+        "board": "pynqz2",
+        "generics": {"CLOCK_RANGE": 4, "OWN_DIVIDE": 24},
+        "data_patience": 150,
+        "fast_khz": 37_125,
+        "slow_khz": 25_175,
+        "refused_khz": 16_000,
+        "lock_us": 700,
+        "delay_recovery_us": 700,
+        "taps": (0, 31),
+        "own_mode": (640, 480, 599),
+    },
 }
 
 
@@ -118,8 +142,16 @@ def test_chain(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("board", [pytest.param("ulx3s", marks=pytest.mark.counted), "ulx3s-fast"])
-def test_ulx3s(board: str) -> None:
+@pytest.mark.parametrize(
+    "board",
+    [
+        pytest.param("ulx3s", marks=pytest.mark.counted),
+        "ulx3s-fast",
+        pytest.param("pynqz2", marks=pytest.mark.counted),
+        "pynqz2-slow",
+    ],
+)
+def test_other_boards(board: str) -> None:
     run_chain([0, 4], board=board)
 
 

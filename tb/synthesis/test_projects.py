@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.fpga import devices
+from plenofir.fpga import devices, hdl
+from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdl_text import declarations
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.tools.synthesis import run_yosys
@@ -96,6 +97,30 @@ def test_ports_beyond_the_package_are_noticed(tmp_path: Path) -> None:
     assert pins_note(make_plan(load_scene("grey-microscope", "xc7z020"))) == ""
 
 
+def _ghdl(options: list[str], folder: Path, work: Path) -> None:
+    simulator = find_simulator("ghdl", brief=True)
+    done = subprocess.run(
+        ["ghdl", options[0], "--std=93", f"--workdir={work}", f"-P{work}", *options[1:]],
+        cwd=folder,
+        env={**os.environ, **simulator.environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def _analysed(folder: Path, top: str, work: Path) -> str:
+    """The text of the tool's own project file, in whose order the sources analyse."""
+    texts = [p.read_text() for p in sorted(folder.iterdir()) if p.suffix == ".tcl"]
+    project = next(text for text in texts if "math_pkg.vhd" in text)
+    order = re.findall(r"([\w/]+\.vhd)", project)
+    assert sorted(order) == sorted(path.name for path in folder.glob("*.vhd"))
+    assert order[-1] == f"{top}.vhd"
+    _ghdl(["-a", *order], folder, work)
+    return project
+
+
 @pytest.mark.parametrize(
     ("name", "parallel"), [*((name, False) for name in IN_VHDL), ("gowin", True), ("ise", True)]
 )
@@ -106,34 +131,11 @@ def test_a_project_analyses(name: str, parallel: bool, tmp_path: Path) -> None:
     top = PARALLEL if parallel else PINS_TOP if TOOLS[name].alone == "pins" else "scene_top"
     files = write_project(plan, name, folder, parallel=parallel)
     assert all((folder / file).is_file() for file in files)
-    # The order in the tool's own project file.
-    texts = [p.read_text() for p in sorted(folder.iterdir()) if p.suffix == ".tcl"]
-    project = next(text for text in texts if "math_pkg.vhd" in text)
-    order = re.findall(r"([\w/]+\.vhd)", project)
-    assert sorted(order) == sorted(path.name for path in folder.glob("*.vhd"))
-    assert order[-1] == f"{top}.vhd"
-    simulator = find_simulator("ghdl", brief=True)
-    done = subprocess.run(
-        ["ghdl", "-a", "--std=93", f"--workdir={tmp_path}", *order],
-        cwd=folder,
-        env={**os.environ, **simulator.environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    project = _analysed(folder, top, tmp_path)
     ending = TOOLS[name].constraints[0]
     # The ports of the wrapper and of the scene fit.
     if top == PINS_TOP:
-        done = subprocess.run(
-            ["ghdl", "--elab-run", "--std=93", f"--workdir={tmp_path}", top, "--no-run"],
-            cwd=folder,
-            env={**os.environ, **simulator.environment},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
+        _ghdl(["--elab-run", top, "--no-run"], folder, tmp_path)
     if name in STUBBED:
         check_scripts(name, folder, top)
     constraint = (folder / f"{top}.{ending}").read_text()
@@ -173,17 +175,33 @@ def test_a_stack_elaborates(output: str, tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
     file.write_text(STACK.replace("OUTPUT", output))
     sources = configure(make_plan(load_scene(file)), tmp_path / "out")
-    simulator = find_simulator("ghdl", brief=True)
-    for command in (["-a", *map(str, sources)], ["--elab-run", "scene_top", "--no-run"]):
-        done = subprocess.run(
-            ["ghdl", command[0], "--std=93", f"--workdir={tmp_path}", *command[1:]],
-            cwd=tmp_path,
-            env={**os.environ, **simulator.environment},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
+    _ghdl(["-a", *map(str, sources)], tmp_path, tmp_path)
+    _ghdl(["--elab-run", "scene_top", "--no-run"], tmp_path, tmp_path)
+
+
+def test_a_board_s_project_elaborates(tmp_path: Path) -> None:
+    """With models in the place of the vendor's library, whose components have equal ports."""
+    plan = make_plan(load_scene("pynqz2-720p"))
+    folder, board = tmp_path / "project", BOARDS["pynqz2"]
+    write_project(plan, "vivado", folder)
+    _ghdl(["-a", "--work=unisim", *map(str, hdl.model_sources())], tmp_path, tmp_path)
+    assert f"{board.top}.xdc" in _analysed(folder, board.top, tmp_path)
+    _ghdl(["--elab-run", board.top, "--no-run"], tmp_path, tmp_path)
+    constraints = (folder / f"{board.top}.xdc").read_text()
+    assert "create_clock -name in_clk_p -period 13.4" in constraints
+    assert "crossing_reset_reg" in constraints
+    # The pin that chooses the timed clock has the names of its instances.
+    place = re.search(r"get_pins (\w+)/(\w+)/CLKINSEL", constraints)
+    assert place
+    assert f"{place[1]} : entity work.link_clocks" in (folder / f"{board.top}.vhd").read_text()
+    assert f"{place[2]} : component mmcme2_adv" in (folder / "link_clocks.vhd").read_text()
+
+
+def test_a_device_of_many_boards_means_the_core() -> None:
+    assert make_plan(load_scene("rgb-720p", "xc7z020")).path == "core"
+    assert make_plan(load_scene("pynqz2-720p", "xc7z020")).path == "video"
+    with pytest.raises(InputError, match="make bitstream builds it"):
+        write_project(make_plan(load_scene("rgb-720p")), "ise", Path("none"))
 
 
 def test_a_parallel_camera_has_its_scene(tmp_path: Path) -> None:

@@ -231,6 +231,12 @@ def build(
         scene = BOARDS[board].scene or None
     plan = None if scene is None else scene_plan(scene, board, device)
     target, part = chosen_board(board, device, plan)
+    if target.flow == "vivado":
+        raise InputError(
+            f"the {target.title} is built by Vivado; write its project by plenofir project "
+            f"{scene or target.scene}",
+            where=options.typed("board", target.name),
+        )
     generics = board_generics(options_of_core) if plan is None else scene_generics(plan)
     if target.flow != "ise":
         with steps_bar("bitstream", 0.0) as show:

@@ -10,9 +10,10 @@ from plenofir.fpga.hdmi.modes import CLOCK_RANGES, VGA, VGA_MIDDLE, VideoMode, m
 from plenofir.fpga.names import BoardName
 from plenofir.ground import project
 
-Flow = Literal["ise", "nextpnr", "gowin", "nexus"]
+Flow = Literal["ise", "vivado", "nextpnr", "gowin", "nexus"]
 _CONSTRAINTS: dict[Flow, str] = {
     "ise": "ucf",
+    "vivado": "xdc",
     "nextpnr": "lpf",
     "gowin": "cst",
     "nexus": "pdc",
@@ -38,7 +39,8 @@ class Board:
     name: BoardName  # as users type it; ``hdl/sources_NAME.txt`` lists its own sources
     title: str
     devices: tuple[str, ...]  # of `plenofir.fpga.devices.DEVICES`, the usual one first
-    # Tools that build its bitstream: Xilinx ISE, or GHDL, Yosys and nextpnr for ECP5, Gowin, Nexus.
+    # Tools that build its bitstream: Xilinx ISE, or GHDL, Yosys and nextpnr for ECP5, Gowin, Nexus;
+    # Vivado, from a project (`plenofir.plan.project_files`).
     flow: Flow
     top: str
     library: str = ""  # of its family's primitives, see `plenofir.fpga.hdl.model_sources`
@@ -112,6 +114,16 @@ BOARDS: dict[str, Board] = {
             scene="flower-480p",
             # VGA at 25 MHz, which the oscillator gives; the slowest grade has GDDRX2 of 624 Mb/s.
             camera=CameraInput(top="ulx3s_camera_top", lane_mbits=624, screen=VGA, screen_mhz=25.0),
+        ),
+        Board(
+            name="pynqz2",
+            title="TUL PYNQ-Z2",
+            devices=("xc7z020",),
+            flow="vivado",
+            top="pynqz2_top",
+            library="unisim",
+            clock_ranges=(4, 2),
+            scene="pynqz2-720p",
         ),
         Board(
             name="tangnano20k",

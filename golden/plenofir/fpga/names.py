@@ -24,7 +24,7 @@ ENGINE_ROWS: dict[SliceEngineName, EngineRow] = {
     "moving_sum": EngineRow("moving sums", ("any_rows", "pixels_per_clock")),
 }
 EngineName = Literal[SliceEngineName, "stack"]
-HdmiBoardName = Literal["atlys", "ulx3s"]
+HdmiBoardName = Literal["atlys", "ulx3s", "pynqz2"]
 DEFAULT_BOARD: HdmiBoardName = "atlys"
 BoardName = Literal[HdmiBoardName, "tangnano20k", "lifcl40", "ecp5-eval"]
 """Rows of `plenofir.fpga.boards.BOARDS`."""

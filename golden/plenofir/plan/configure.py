@@ -8,7 +8,7 @@ from pathlib import Path
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import gowin, ise, nextpnr, top_level
 from plenofir.fpga.boards import Board, board_of
-from plenofir.fpga.constraints import Constraints
+from plenofir.fpga.constraints import Constraints, crossings_of
 from plenofir.fpga.hdl_text import used_components, used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import find_mode, range_limits
@@ -31,6 +31,8 @@ from plenofir.plan.sensor.resampler import Load
 from plenofir.plan.verilog import verilog_files
 
 CALIBRATION = "calibration.txt"
+# Of the boards' control; no clock beside it that data cross from or to is faster.
+_CONTROL_MHZ = 100.0
 
 
 def needed_sources(
@@ -87,9 +89,9 @@ def clock_range_of(plan: Plan) -> int:
     return _board(plan).clock_range(mode)
 
 
-def refuse_board(plan: Plan) -> None:
-    """InputError for a scene of a whole board."""
-    if plan.path != "core":
+def refuse_board(plan: Plan, *, vivado: bool = False) -> None:
+    """InputError for a scene of a whole board; `vivado`: but for one that Vivado builds."""
+    if plan.path != "core" and not (vivado and _board(plan).flow == "vivado"):
         raise InputError(
             f"{plan.scene} is for a board; make bitstream builds it. For the core alone take "
             "--device with another device",
@@ -211,6 +213,20 @@ def _board_top(plan: Plan) -> dict[str, str]:
             f"{board.top}.vhd": top_level.top_with_generics(generics, board.top),
             f"{board.top}.cst": board.constraints.read_text(),
             f"{board.top}.sdc": gowin.clock_constraints(board.own_mode),
+        }
+    if board.flow == "vivado":
+        clock_range = clock_range_of(plan)
+        generics |= nextpnr.range_generics(clock_range)
+        top = top_level.top_with_generics(generics, board.top)
+        limits = Constraints(
+            {"in_clk_p": range_limits(clock_range)[1] / 1000},
+            crossings_of(needed_sources(top, board.top, hdl.all_sources())),
+            limit_mhz=_CONTROL_MHZ,
+        )
+        return {
+            **packages,
+            f"{board.top}.vhd": top,
+            f"{board.top}.xdc": board.constraints.read_text() + limits.text("xdc"),
         }
     if board.flow == "nextpnr":
         clock_range = clock_range_of(plan)

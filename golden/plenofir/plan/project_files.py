@@ -20,7 +20,7 @@ from plenofir.fpga.synthesis.ecp5 import NAMES
 from plenofir.fpga.tools.synthesis import write_verilog
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish_files
-from plenofir.plan.configure import configure, needed_sources, refuse_board
+from plenofir.plan.configure import configure, needed_sources, refuse_board, top_of
 from plenofir.plan.core_alone import (
     OUT_OF_CONTEXT,
     PINS_TOP,
@@ -147,7 +147,7 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
     """
     if importlib.util.find_spec("edalize") is None:
         raise InputError("edalize is not installed; pip install edalize", where="tool")
-    refuse_board(plan)
+    refuse_board(plan, vivado=True)
     from edalize.edatool import get_edatool
     from edalize.flows.gowin import Gowin
     from edalize.flows.vivado import Vivado
@@ -155,7 +155,7 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
     # edalize warns that the tool is not installed, which is not needed here.
     logging.getLogger("edalize").setLevel(logging.CRITICAL)
     tool, device = TOOLS[name], plan.chip
-    top = PARALLEL if parallel else PINS_TOP if tool.alone == "pins" else TOP
+    top = PARALLEL if parallel else PINS_TOP if tool.alone == "pins" else top_of(plan)
     with TemporaryDirectory(prefix="plenofir-") as work, TemporaryDirectory() as configured:
         folder = Path(work)
         files: list[dict[str, str]] = []
@@ -172,7 +172,10 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
             shutil.copy(source, folder / source.name)
             files.append({"name": source.name, "file_type": kind})
         ending, language, kind = tool.constraints
-        (folder / f"{top}.{ending}").write_text(constraints.text(language))
+        text = constraints.text(language)
+        if plan.path != "core":
+            text = (Path(configured) / f"{top}.{ending}").read_text()
+        (folder / f"{top}.{ending}").write_text(text)
         files.append({"name": f"{top}.{ending}", "file_type": kind})
         for script, text in _scripts(plan, name, top).items():
             (folder / script).write_text(text)
@@ -207,6 +210,8 @@ def _scripts(plan: Plan, name: str, top: str) -> dict[str, str]:
 
 def pins_note(plan: Plan) -> str:
     """A warning if a core alone has more ports than the usual package has pins; else empty."""
+    if plan.path != "core":
+        return ""
     needed, there = pins_of(plan), plan.chip.pins
     if not there or needed <= there:
         return ""
@@ -237,6 +242,9 @@ def _readme(plan: Plan, tool: Tool, top: str, files: list[str], constraints: Con
             "a whole design but for its pins: give its ports\nthose of the board before you "
             "build it; without them some tools write no bitstream."
         )
+    if plan.path != "core":
+        about = "the whole board, with its pins and clocks in the constraints."
+    port = " at the port clk" if plan.path == "core" else " of a pixel"
     checked = (
         "It was written without that tool, and never built by it. Checked: the sources analyse in\n"
         "this order as VHDL-93; the constraints name a port of the top level and registers."
@@ -251,7 +259,7 @@ def _readme(plan: Plan, tool: Tool, top: str, files: list[str], constraints: Con
         f"{checked}\n\n"
         f"Build: {tool.run.replace('NAME', top)}\n"
         f"Top level: {top}; {about}\n"
-        f"Clock: {plan.built_mhz:g} MHz at the port clk; part {plan.part}.\n"
+        f"Clock: {plan.built_mhz:g} MHz{port}; part {plan.part}.\n"
         f"Paths between clocks, with limits of their own: {crossings}.\n\n"
         "Sources in order of analysis:\n" + "".join(f"  {name}\n" for name in files)
     )

@@ -513,6 +513,9 @@ def _for_device(content: dict[str, Any], device: str) -> dict[str, Any]:
     content = {name: part for name, part in content.items() if name != "device"}
     board = board_of(device_name(device))
     has_video = board is not None and _takes(board, content.get("frame", {}))
+    if board is not None and board.flow == "vivado":
+        # Many boards have such a device, so its name alone asks for the core.
+        has_video &= device_name(device) == device_name(content.get("build", {}).get("device", ""))
     has_camera = board is not None and board.camera is not None
     if "lanes" in content:
         has_camera = board is not None and bool(board.camera and board.camera.out_bits)

@@ -62,12 +62,21 @@ def test_board_has_its_sources_and_devices(board: Board) -> None:
     assert board.device("xc7a35t") is None
 
 
-@pytest.mark.parametrize("top", ["ulx3s_top", "ulx3s_camera_top"])
-def test_each_port_has_one_pin_of_its_own(top: str) -> None:
-    board = BOARDS["ulx3s"]
+@pytest.mark.parametrize(
+    ("name", "top"),
+    [("ulx3s", "ulx3s_top"), ("ulx3s", "ulx3s_camera_top"), ("pynqz2", "pynqz2_top")],
+)
+def test_each_port_has_one_pin_of_its_own(name: str, top: str) -> None:
+    board = BOARDS[name]
     text = board.constraints_of(top).read_text()
-    located = re.findall(r'^LOCATE COMP "(\w+)(?:\[(\d+)\])?" SITE "(\w+)";$', text, re.M)
-    standards = re.findall(r'^IOBUF PORT "(\w+)(?:\[(\d+)\])?" .*IO_TYPE=\w+', text, re.M)
+    port = r"(\w+)(?:\[(\d+)\])?"
+    if board.flow == "vivado":
+        pin = r"^set_property -dict {PACKAGE_PIN (\w+) IOSTANDARD \w+.*} \[get_ports {?"
+        located = [(*names, site) for site, *names in re.findall(f"{pin}{port}}}?\\]$", text, re.M)]
+        standards = [(name, index) for name, index, _ in located]
+    else:
+        located = re.findall(rf'^LOCATE COMP "{port}" SITE "(\w+)";$', text, re.M)
+        standards = re.findall(rf'^IOBUF PORT "{port}" .*IO_TYPE=\w+', text, re.M)
     wanted = set()
     for port in declarations(top_source(top).read_text(), "port"):
         high = re.search(r"\((\d+) downto 0\)", port.type_name)

@@ -1,4 +1,4 @@
--- The ECP5 primitives that the board uses, declared as in Lattice's library of this name;
+-- The ECP5 primitives that boards use, declared as in Lattice's library of this name;
 -- built by scripts/build_hdl.py from the entities of the models.
 --
 -- For simulation without Lattice's tools: a small library `ecp5u` with behavioural models,

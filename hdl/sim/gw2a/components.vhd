@@ -1,4 +1,4 @@
--- The GW2A primitives that the board uses, declared as in Gowin's library of this name;
+-- The GW2A primitives that boards use, declared as in Gowin's library of this name;
 -- built by scripts/build_hdl.py from the entities of the models.
 --
 -- For simulation without Gowin's tools: a small library `gw2a` with behavioural models,

@@ -1,4 +1,4 @@
--- The CrossLink-NX primitives that the board uses, declared as in Lattice's library of this name;
+-- The CrossLink-NX primitives that boards use, declared as in Lattice's library of this name;
 -- built by scripts/build_hdl.py from the entities of the models.
 --
 -- For simulation without Lattice's tools: a small library `lifcl` with behavioural models,

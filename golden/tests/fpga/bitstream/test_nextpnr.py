@@ -199,6 +199,7 @@ def refused(tmp_path: Path, arguments: Sequence[str], message: str) -> None:
         ("--board atlys --scene ulx3s-720p", "1280 x 720 at 30 Hz is not a mode of the Digilent"),
         ("--device xc6slx45 --scene ulx3s-480p", "the Radiona ULX3S has no xc6slx45"),
         ("--board ulx3s --scene grey-microscope", "is a core, not a board"),
+        ("--board pynqz2", "by Vivado; write its project by plenofir project pynqz2-720p"),
         ("--board ecp5-eval --scene flower-480p", "evaluation target takes no scene"),
         ("--board ulx3s --scene ulx3s-480p -M 3", "cannot be combined with --scene"),
     ],

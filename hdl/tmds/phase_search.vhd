@@ -28,6 +28,9 @@ use work.math_pkg.all;
 
 entity phase_search is
   generic (
+    -- Taps of the delay line; taps between two tried ones.
+    TAPS_THERE : positive range 2 to 128 := 128;
+    STEP_TAPS  : positive range 1 to 16  := 4;
     -- Clocks without a run after which the tap has none; more than a line's active pixels.
     TIMEOUT : positive := 8192;
     -- Wrong words within ERROR_WINDOW clocks that begin a new search, once in that time; the default is 1.3 s at 50
@@ -42,7 +45,8 @@ entity phase_search is
     bits : in    std_logic_vector(9 downto 0);
     -- A recent word of the channel was one that no encoder sends.
     wrong : in    std_logic;
-    -- To the delay line: load_n low sets it to its first tap; each falling edge of move moves it up by one tap.
+    -- To the delay line: load_n low sets it to its first tap; each clock of move, which has a falling edge of its own,
+    -- moves it up by one tap.
     load_n : out   std_logic;
     move   : out   std_logic;
     -- A delay was found, and no fault has been seen since.
@@ -56,9 +60,6 @@ end entity phase_search;
 
 architecture rtl of phase_search is
 
-  -- Taps of the delay line; taps between two tried ones.
-  constant TAPS_THERE : positive range 2 to 128 := 128;
-  constant STEP_TAPS  : positive range 1 to 16  := 4;
   -- Equal control tokens behind a first one that count as a run; runs that must be seen.
   constant RUN  : positive range 2 to 15 := 4;
   constant RUNS : positive range 1 to 15 := 2;
