@@ -91,6 +91,7 @@ class Album:
             view_at,
         )
         from plenofir.camera.lightfield.enlarged import enlarged_view
+        from plenofir.camera.lightfield.small_boxes import refocused_by_place
         from plenofir.camera.recognise.source import quiet
         from plenofir.refocus import setting_names
 
@@ -115,6 +116,8 @@ class Album:
         self.facts = (box,)
 
         def refocused(a: Fraction) -> "Image":
+            if box is not None:
+                return self.look(refocused_by_place(source, m, a, box, searched.disparity)).pixels
             return self.look(next(iter(pictures_of(source, m, [a], quiet, **how)))).pixels
 
         frames = []

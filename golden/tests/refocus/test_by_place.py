@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from test_refocus import random_image
 
+from plenofir.camera.lightfield.disparity import Disparity
+from plenofir.camera.lightfield.small_boxes import refocused_by_place
 from plenofir.camera.lightfield.stack import FocalStack, all_in_focus
 from plenofir.ground.errors import InputError
-from plenofir.refocus import ExactArithmetic, refocus_by_place
+from plenofir.refocus import ExactArithmetic, best_picture, refocus_by_place
 from plenofir.refocus.sharpness import confidence_level, depth_index
 from plenofir_studies import box_report
 from plenofir_studies import sharpening as study
@@ -80,6 +82,22 @@ def test_a_plane_keeps_the_sensors_resolution() -> None:
     assert max(near["B = M"], near["all in focus, M"]) < 40
     assert min(near["by place, 3"], near["all in focus, 3"]) > 47
     assert near["best, 3"] > 50
+
+
+def test_a_refocused_picture_has_small_boxes_where_it_is_in_focus() -> None:
+    """Left half in focus, right half away by two steps of 1/M, and no step of depth beside."""
+    m, a = 5, Fraction(2, 5)
+    near, far = (study.plane(m, k, study.TEXTURES[1]).raw for k in (2, 4))
+    raw = np.where(np.arange(near.shape[1]) < near.shape[1] // 2, near, far)
+    settings = np.full((len(raw) // m,) * 2, 0.4)
+    settings[:, settings.shape[1] // 2 :] = 0.8
+    got = refocused_by_place(raw, m, a, 3, Disparity(settings, np.ones(settings.shape)))
+    left, right = ((slice(50, -50), slice(k, k + 50)) for k in (50, 140))
+    sharp, whole = (best_picture(raw, m, a, box=box) for box in (3, None))
+    assert np.abs(got[left].astype(int) - sharp[left]).mean() < 0.3
+    assert np.abs(got[left].astype(int) - whole[left]).mean() > 0.8
+    assert np.array_equal(got[right], whole[right])
+    assert np.abs(got[right].astype(int) - sharp[right]).mean() > 1.5
 
 
 def test_an_edge_keeps_the_sensors_resolution() -> None:

@@ -13,6 +13,7 @@ from plenofir.camera.calibration.frames import grey
 from plenofir.camera.lightfield.disparity import Disparity, search_disparity
 from plenofir.camera.lightfield.enlarged import lens_shares, places_in_view
 from plenofir.camera.lightfield.indexing import sub_aperture
+from plenofir.camera.lightfield.small_boxes import even, lattice, smaller
 from plenofir.ground.errors import InputError
 from plenofir.refocus import (
     Border,
@@ -46,13 +47,6 @@ _VIEW_SHARPENING = 1 / 16
 # `all_in_focus`, sigmas in micro lenses: where means are those of the central view, and where its
 # share is decided.
 _MEAN_SIGMA, _DOUBT_SIGMA = 0.7, 1.0
-# Weights of the four micro lenses around, in a row, whose common detail is a lattice of views.
-_AROUND = np.array([0.25, 0.25, 0, 0.25, 0.25], np.float32)
-# Share of the detail's energy that micro lenses around have alike: less and more, it is no lattice
-# and is one.
-_OF_LATTICES = 0.1, 0.3
-# Settings of micro lenses beside each other that are those of two things.
-_STEP = 0.1
 # Medians by which the noise of the central view scatters about that of small boxes.
 _SCATTER = 3.0
 # Noise of the central view, from the lower quartile of the energy of differences in groups of like
@@ -251,8 +245,7 @@ def all_in_focus(
         settings = Disparity(settings, sure).settled()
     view = _CentralView(raw, m, settings)
     # Of the picture with small boxes; none beside steps of depth, where views see two things.
-    shares = sure * _smaller(settings * m, m, box)
-    shares[ndimage.maximum_filter(settings, 3) - ndimage.minimum_filter(settings, 3) > _STEP] = 0
+    shares = sure * even(settings) * smaller(settings * m, m, box)
     fine = np.empty_like(raw) if shares.any() else None
     lenses = view.settings.shape
     picture, most = np.empty_like(raw), int(np.iinfo(raw.dtype).max)
@@ -272,7 +265,7 @@ def all_in_focus(
             progress(min(part.stop, raw.shape[0]), raw.shape[0])
     off = more - _blurred(more, _MEAN_SIGMA)
     if fine is not None:
-        shares *= 1 - _lattice(fine, picture, m, lenses)
+        shares *= 1 - lattice(fine, picture, m, lenses)
         # What the view has in a micro lens, a small box has somewhere in it, but for noise.
         c = m // 2
         share = shares.reshape(*lenses, *[1] * (raw.ndim - 2))
@@ -302,27 +295,6 @@ def _of_lenses(values: Floats, m: int) -> Floats:
     rows, columns = (length // m for length in values.shape[:2])
     whole = values[: rows * m, : columns * m]
     return np.asarray(whole.reshape(rows, m, columns, m, *values.shape[2:]).mean((1, 3)))
-
-
-def _lattice(fine: Image, whole: Image, m: int, lenses: tuple[int, ...]) -> Floats:
-    """How sure it is that detail is a lattice of views, from 0 to 1, for each micro lens.
-
-    Views that differ leave a pattern in every micro lens alike, along both dimensions; an edge
-    repeats along one of them at most. `whole`: the picture without detail.
-    """
-    energy, common = np.zeros(lenses), np.zeros(lenses)
-    for v, u in np.ndindex(m, m):
-        detail, without = (
-            each[v::m, u::m][: lenses[0], : lenses[1]].astype(np.float32) for each in (fine, whole)
-        )
-        detail -= without
-        down, right = (ndimage.convolve1d(detail, _AROUND, axis, mode="nearest") for axis in (0, 1))
-        alike = np.minimum(np.abs(down), np.abs(right)) * (down * right > 0)
-        energy += (detail**2).reshape(*lenses, -1).sum(2)
-        common += (alike**2).reshape(*lenses, -1).sum(2)
-    share = _blurred(common, _DOUBT_SIGMA) / np.maximum(_blurred(energy, _DOUBT_SIGMA), 1)
-    low, high = _OF_LATTICES
-    return np.asarray(np.clip((share - low) / (high - low), 0, 1))
 
 
 def _extremes(picture: Image, m: int) -> tuple[Image, Image]:
@@ -449,17 +421,6 @@ class _CentralView:
             )
         limited = np.clip(colours.reshape(low.shape), low, high)
         return np.asarray(limited.reshape(*limited.shape[:2], *self.shape[2:]))
-
-
-def _smaller(shifts: Floats, m: int, box: int | None) -> Floats:
-    """For each shift the share of the slices before and after it that can have a box of B < M."""
-    if box in (None, m):
-        least_box(m, 1, box)
-        return np.zeros(shifts.shape)
-    can = np.array([least_box(m, shift, box) == box for shift in range(m)], np.float64)
-    before = np.floor(shifts)
-    low, high = (can[np.asarray(before + k, np.int64) % m] for k in (0, 1))
-    return np.asarray(low + (high - low) * (shifts - before))
 
 
 def _sharpened(
