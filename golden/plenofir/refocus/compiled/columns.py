@@ -89,9 +89,12 @@ def _find_lines(frame: Frame, lines: Lines, t: int, count: int) -> None:
     below = int(frame.taps.side > 0) * plan.micro_image_size + plan.order * plan.box_offset
     pitch = plan.columns.length * plan.channels
     n = ZERO
+    behind = number = ZERO
     for position in range(plan.groups * plan.positions):
-        group, number = divmod(position, plan.positions)
-        behind = group * plan.micro_image_size + number * plan.box
+        if number == plan.positions:
+            # The next group.
+            behind += plan.micro_image_size - number * plan.box
+            number = ZERO
         for line in range(count):
             here = 2 * (position * lines.lanes + line)
             at = t + line + below - behind
@@ -107,6 +110,8 @@ def _find_lines(frame: Frame, lines: Lines, t: int, count: int) -> None:
             for k in range(ends[here], n):
                 starts[k] *= pitch
             ends[here + 2] = n
+        behind += plan.box
+        number += 1
     for line in range(0 if lines.anew else count):
         coming[line] = starts[ends[2 * line]]
         p = plan.step * (t + lines.lanes + line + below)
@@ -187,14 +192,20 @@ def _interpolate(plan: Plan, loops: Loops, lines: Lines, at: int, start: int, sa
         count = plan.positions - level
         below, place = place, place + plan.groups * (count + 1) * lines.span
         low, high = lines.ranges[level - 1, 0], lines.ranges[level - 1, 1]
-        for position in range(plan.groups * count):
-            group, number = divmod(position, count)
-            enters = at - group * plan.micro_image_size - number * plan.box
-            a, b = place + position * lines.span, below + (position + group) * lines.span
+        enters, number, a, b = at, ZERO, place, below
+        for _ in range(plan.groups * count):
+            if number == count:
+                # The next group.
+                enters += count * plan.box - plan.micro_image_size
+                b += lines.span
+                number = ZERO
             if low <= enters < high:
                 add_line(loops.add_line, lines.sums, a, b, samples, 0)
             if low <= enters - plan.box < high:
                 add_line(loops.add_line, lines.sums, a, b + lines.span, samples, 1)
+            enters -= plan.box
+            a, b = a + lines.span, b + lines.span
+            number += 1
         at -= plan.box_offset
     return place
 
