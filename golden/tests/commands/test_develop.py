@@ -90,8 +90,15 @@ def test_capture_and_white_image(tmp_path: Path, capsys) -> None:
     assert Pillow.open(out / "focus.gif").size
     # A calibration that somebody edited is made again.
     (out / "calib.json").write_bytes(before["calib.json"] + b"\n")
-    assert run([*map(str, words), "--out", str(out), "--slices", "2"]) == 0
+    assert run([*map(str, words), "--out", str(out), "--slices", "2", "--box", "3"]) == 0
     assert (out / "calib.json").read_bytes() == before["calib.json"]
+    # Boxes are small where the ring is in focus.
+    reused = capsys.readouterr().out.partition("unchanged since the run before: ")[2]
+    assert "central_view.png" in reused
+    assert not {"all_in_focus.png", "viewer.html"} & set(reused.strip().split(", "))
+    again = {"all_in_focus.png", *(path.name for path in slices(out))} & before.keys()
+    assert len(again) > 1
+    assert all((out / name).read_bytes() != before[name] for name in again)
 
 
 def test_marks_change_with_what_results_are_made_from(tmp_path: Path, monkeypatch) -> None:
@@ -121,7 +128,7 @@ def test_marks_change_with_what_results_are_made_from(tmp_path: Path, monkeypatc
         os.utime(files[name], ns=(status.st_atime_ns, status.st_mtime_ns))
         assert changed(marks()) == reached
         files[name].write_bytes(b"one")
-    assert changed(marks(job._replace(slices=2, tilt=(0.1, 0.0)))) == {"whole"}
+    assert changed(marks(job._replace(slices=2, tilt=(0.1, 0.0), box=3))) == {"whole"}
     assert changed(marks(job._replace(exposure="off"))) == {"pictures", "whole"}
     assert changed(marks(job._replace(camera="f197-mla2"))) == {"pictures", "whole"}
     turned = job._replace(hints=job.hints._replace(flip="rows"))
