@@ -2,12 +2,15 @@
 """A scene in Verilog: the example design around it, in Icarus Verilog and Verilator."""
 
 import re
+import sys
 from pathlib import Path
 
 import pytest
 
 from plenofir.plan import load_scene, make_plan
-from plenofir.plan.verilog import sizes_header
+from plenofir.plan.configure import configure, top_of
+from plenofir.plan.scene import scene_files
+from plenofir.plan.verilog import _without_doubles, sizes_header
 from plenofir_tb.flows import EXAMPLES, icarus
 
 FILES = [EXAMPLES / "verilog" / f"{name}.v" for name in ("refocus_button", "tb_refocus_button")]
@@ -29,6 +32,85 @@ def test_bench_finds_a_wrong_slice(need, run, tmp_path: Path, verilog_scene: Pat
     files = [*FILES, verilog_scene / "scene_top.v"]
     found = icarus(run, includes, files, tmp_path / "bench")
     assert found.startswith("FAIL: frame 0, row 0, column "), found
+
+
+def test_own_cocotb_test(need, run, tmp_path: Path, verilog_scene: Path) -> None:
+    """The example of a user's own test; a wrong a is found."""
+    need("iverilog")
+    text = (EXAMPLES / "cocotb" / "refocuser_test.py").read_text()
+    own = tmp_path / "refocuser_test.py"
+    own.write_text(text)
+    (tmp_path / "scene_top.v").write_text((verilog_scene / "scene_top.v").read_text())
+    found = run(sys.executable, own, "scene_top.v")
+    assert "TESTS=1 PASS=1 FAIL=0" in found
+    own.write_text(text.replace('"1/3"', '"2/3"'))
+    found = run(sys.executable, own, "scene_top.v", status=1)
+    assert "TESTS=1 PASS=0 FAIL=1" in found
+
+
+GHDL_ENDS = pytest.mark.xfail(
+    strict=True, reason="GHDL 2.0 ends with an assertion in netlists-memories.adb"
+)
+
+
+def lint(run, top: str, *files: Path) -> str:
+    return run("verilator", "--lint-only", "--no-timing", "--top-module", top, *files)
+
+
+def test_verilator_has_no_warning(need, run, verilog_scene: Path) -> None:
+    need("verilator")
+    assert "%" not in lint(run, "scene_top", verilog_scene / "scene_top.v")
+    include = f"-I{verilog_scene}"
+    files = [EXAMPLES / "verilog" / "refocus_button.v", verilog_scene / "scene_top.v"]
+    assert "%" not in run("verilator", "--lint-only", include, "--no-timing", *files)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "scene",
+    [
+        pytest.param(name, marks=GHDL_ENDS if name == "lifcl40-360" else ())
+        for name in (path.stem for path in scene_files())
+    ],
+)
+def test_no_shipped_scene_has_a_warning(scene: str, need, run, tmp_path: Path) -> None:
+    """Boards instantiate their vendor's cells, which Verilator alone does not know."""
+    need("verilator", "ghdl")
+    plan = make_plan(load_scene(scene))
+    configure(plan, tmp_path, verilog=True)
+    top = top_of(plan)
+    if plan.path == "core":
+        assert "%" not in lint(run, top, tmp_path / f"{top}.v")
+        return
+    found = run(
+        *("sh", "-c", f"verilator --lint-only --no-timing --top-module {top} {top}.v || true")
+    )
+    codes = set(re.findall(r"^%([\w-]+): \S+?\.v", found, re.M))
+    assert codes == {"Error-MODMISSING"}, found
+
+
+def test_what_ghdl_writes_twice_is_left_out() -> None:
+    module = """\
+module top (input clk, output locked);
+  wire deskew_locked;
+  wire [3:0] word;
+  wire empty;
+  wire deskew_locked;
+  assign deskew_locked = deskew_locked;
+  assign empty = "";
+  assign locked = deskew_locked;
+endmodule"""
+    (match,) = re.finditer(r"^module .*?^endmodule", module, re.S | re.M)
+    tidy = _without_doubles(match).splitlines()
+    assert tidy == [
+        "module top (input clk, output locked);",
+        "  wire deskew_locked;",
+        "  wire [3:0] word;",
+        "  wire empty;",
+        "  assign empty = 1'b0;",
+        "  assign locked = deskew_locked;",
+        "endmodule",
+    ]
 
 
 @pytest.mark.slow

@@ -255,6 +255,17 @@ def test_a_project_in_verilog(name: str, tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("scene", ["rgb-720p", "ulx3s-csi", "grey-microscope"])
+def test_the_core_alone_of_any_scene(scene: str, tmp_path: Path) -> None:
+    """`plenofir project` takes the core of a board's scene, on the board's device."""
+    plan = make_plan(load_scene(scene, core=True))
+    assert plan.path == "core"
+    assert plan.device == load_scene(scene).scene.build.device
+    name, tool = tool_of(plan, None)
+    files = write_project(plan, name, tmp_path)
+    assert f"scene_pins.{tool.constraints[0]}" in files
+
+
 def test_a_board_is_no_project(tmp_path: Path) -> None:
     plan = make_plan(load_scene("rgb-720p"))
     with pytest.raises(InputError, match="make bitstream builds it"):

@@ -348,6 +348,7 @@ def project(
     out: options.OutFolder = "build/project",
 ) -> None:
     """Write a scene's core as a project for a vendor's tool, or as components (IP-XACT)."""
+    from plenofir.fpga.boards import board_of
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.ip.files import write_components
     from plenofir.plan.project_files import PARALLEL, pins_note, tool_of, write_project
@@ -355,7 +356,12 @@ def project(
     if tool == "ipxact" and top == PARALLEL:
         where = options.typed("top")
         raise InputError(f"{PARALLEL} is not a component; leave it out, or --tool", where=where)
-    planned = make_plan(load_scene(scene, device))
+    loaded = load_scene(scene, device)
+    board = board_of(loaded.scene.build.device)
+    whole = loaded.scene.build.path != "core" and board is not None and board.flow == "vivado"
+    if not whole or tool not in (None, "vivado") or top == PARALLEL:
+        loaded = load_scene(scene, device, core=True)
+    planned = make_plan(loaded)
     if tool == "ipxact":
         title = "a catalog of components"
         files = write_components(planned, Path(out))

@@ -19,6 +19,7 @@ from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.synthesis.ecp5 import NAMES
 from plenofir.fpga.tools.synthesis import write_verilog
 from plenofir.ground.errors import InputError
+from plenofir.ground.extras import missing
 from plenofir.ground.files import publish_files
 from plenofir.plan.configure import configure, needed_sources, refuse_board, top_of
 from plenofir.plan.core_alone import (
@@ -146,7 +147,7 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
     Returns the names of the files, the VHDL left out. InputError if edalize is not installed.
     """
     if importlib.util.find_spec("edalize") is None:
-        raise InputError("edalize is not installed; pip install edalize", where="tool")
+        raise missing("edalize")
     refuse_board(plan, vivado=True)
     from edalize.edatool import get_edatool
     from edalize.flows.gowin import Gowin

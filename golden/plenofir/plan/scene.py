@@ -452,11 +452,11 @@ def scene_files() -> list[Path]:
     return sorted((project.root() / "scenes").glob("*.toml"))
 
 
-def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
+def load_scene(path: str | Path, device: str | None = None, *, core: bool = False) -> LoadedScene:
     """Load a shipped scene profile by name, or any scene profile from a file.
 
     `device` replaces the scene's own; if no board with it accepts such video, the scene gets only
-    the core.
+    the core. `core`: it gets only the core in any case.
 
     InputError if there is no such file, or it is not valid: field, value and what is allowed.
     """
@@ -474,6 +474,8 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
         ) from None
     if device is not None:
         content = _for_device(content, device)
+    if core:
+        content = _core_alone(content, content.get("build", {}))
     try:
         scene = Scene.model_validate(_with_a_frame(content, str(file)))
     except ValidationError as error:
@@ -521,7 +523,14 @@ def _for_device(content: dict[str, Any], device: str) -> dict[str, Any]:
         has_camera = board is not None and bool(board.camera and board.camera.out_bits)
     if has_camera if build.get("path") == "camera" else has_video:
         return {**content, "build": build}
-    build["path"] = "core"
+    return _core_alone(content, build)
+
+
+def _core_alone(content: dict[str, Any], build: object) -> dict[str, Any]:
+    """Content of a scene without what belongs to a board."""
+    if not isinstance(build, dict) or build.get("path", "core") == "core":
+        return {**content, "build": build}
+    build = {**build, "path": "core"}
     build.pop("edid", None)
     kept = {name: part for name, part in content.items() if name not in ("stored", "lanes")}
     # Text is a part of the board; outputs other than the refocused one need another core.

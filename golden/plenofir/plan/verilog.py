@@ -123,6 +123,23 @@ def _tidy(text: str) -> str:
             lines.append("")
         if line:
             lines.append(line)
+    return re.sub(r"^module .*?^endmodule", _without_doubles, "\n".join(lines), flags=re.S | re.M)
+
+
+def _without_doubles(module: re.Match[str]) -> str:
+    """A module without what GHDL writes twice or for nothing.
+
+    A signal ``deskew_locked`` at the port ``locked`` of an instance ``deskew`` is declared again as
+    the instance's net, and assigned to itself. A vector without bits is a text without characters.
+    """
+    lines, declared = [], set[str]()
+    for line in module[0].splitlines():
+        assigned = re.fullmatch(r"  assign (\w+) = (\w+);", line)
+        if line in declared or (assigned and assigned[1] == assigned[2]):
+            continue
+        if re.fullmatch(r"  wire (?:\[\d+:0\] )?\w+;", line):
+            declared.add(line)
+        lines.append(line.replace(' = "";', " = 1'b0;"))
     return "\n".join(lines)
 
 
@@ -150,6 +167,8 @@ def verilog_files(
     head = (
         f"// The scene {plan.scene}, written by plenofir configure --verilog: the VHDL as\n"
         f"// synthesised by GHDL {ghdl}. Change the scene or the VHDL, not this file.\n"
+        "// Some bits of a vector follow from others of it, which is no loop of single bits:\n"
+        "// verilator lint_off UNOPTFLAT\n"
     )
     files = {f"{top}.v": f"{head}\n{text.strip()}\n"}
     if board is None:
