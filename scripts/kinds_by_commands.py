@@ -36,8 +36,12 @@ class Use(NamedTuple):
 
 # An aligned raw image has one M.
 _VIEWS = Use(_TAKEN, _TAKEN, "a square of them")
+_BY_CALIBRATION = "`refocus`, `stack`, `depth-map` with `--calib`"
 _CAPTURE = Use(
-    "with `--calib` or `--white`", decoded="with `--calib`", batch="with `--calib` or `--white`"
+    "with `--calib` or `--white`",
+    _BY_CALIBRATION,
+    decoded="with `--calib`",
+    batch="with `--calib` or `--white`",
 )
 
 USES: dict[str, Use] = {
@@ -51,7 +55,9 @@ USES: dict[str, Use] = {
     "light field in a MATLAB file": _VIEWS,
     "elemental images": _VIEWS,
     "raw capture": _CAPTURE,
-    "raw capture of a focused (2.0) camera": _CAPTURE,
+    "raw capture of a focused (2.0) camera": Use(
+        "with `--calib`", _BY_CALIBRATION, decoded="with `--calib`", batch="`--all` with `--calib`"
+    ),
     "Lytro capture": Use(_TAKEN, _TAKEN, _TAKEN, _TAKEN, batch="with `--calib`"),
     "white image": Use(calibrated=_TAKEN),
     "folder of pictures": Use(batch="its files"),

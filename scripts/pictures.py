@@ -24,6 +24,7 @@ from matplotlib.figure import Figure
 from PIL import Image, ImageDraw, ImageFont
 from skimage import data
 
+from focused_picture import focused
 from module_waves import RowBench, timing_diagrams
 from page_pictures import designed, developed, viewer
 from picture_files import FLOWER, IMAGES, PLANES, Pixels, enlarged, reduced, save, side_by_side
@@ -482,6 +483,7 @@ PICTURES: dict[str, Callable[[], None]] = {
     "volume": volume,
     "real-captures": real_captures,
     "depth": depth,
+    "focused": focused,
     "smooth": smooth,
     "boxes": boxes,
     "rays": rays,

@@ -10,7 +10,7 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.console import note, progress_bar
-from plenofir.commands.focused import FocusedOptions, type_lines
+from plenofir.commands.focused import FocusedOptions, decoded_focused, type_lines
 from plenofir.commands.groups import CameraData, grouped
 from plenofir.commands.results import check_file, publish
 from plenofir.ground.errors import InputError
@@ -284,6 +284,14 @@ class _Resampling:
         bool, typer.Option("--devignette/--no-devignette", help="Correct vignetting.")
     ] = True
 
+    def refuse(self) -> None:
+        """Refuse what captures of focused cameras do not take."""
+        if self != _Resampling():
+            raise InputError(
+                "--interpolation, --scale and --no-devignette are not for captures of focused "
+                "cameras; leave them out"
+            )
+
 
 @app.command()
 @grouped
@@ -324,7 +332,8 @@ def decode(
 ) -> None:
     """Resample a raw capture to aligned micro images of M x M pixels.
 
-    By default M is the largest odd number of pixels that fits into a micro image.
+    By default M is the largest odd number of pixels that fits into a micro image. Of a focused
+    camera it is the pitch, and rows and columns of micro images run along the grid's own axes.
     """
     from plenofir.camera.calibration import load_calibration
     from plenofir.camera.captures.prepare import CaptureHints, prepared
@@ -363,14 +372,20 @@ def decode(
                 dark=read_picture(dark, as_stored=True) if dark else None,
                 where=raw,
             )
-        raster, m = ready.decoded(
-            micro_image,
-            raw,
-            interpolation=how.interpolation,
-            scale=how.scale,
-            devignette=how.devignette,
-            progress=show,
-        )
+        beside: dict[str, Image] = {}
+        if ready.calibration.lens_types is not None:
+            how.refuse()
+            raster, lenses, m = decoded_focused(ready, micro_image, raw)
+            beside[f"{path.stem}_lenses.png"] = lenses
+        else:
+            raster, m = ready.decoded(
+                micro_image,
+                raw,
+                interpolation=how.interpolation,
+                scale=how.scale,
+                devignette=how.devignette,
+                progress=show,
+            )
     for text in ready.notes:
         typer.echo(f"note: {raw}: {text}", err=True)
     # Resampling averages light, so that gamma is applied after it.
@@ -378,11 +393,13 @@ def decode(
     decoded = raster._replace(
         pixels=with_gamma(raster.pixels, gamma, raster.full_scale), gamma=encoded * gamma
     )
-    publish({path.name: decoded}, path.parent)
+    publish({path.name: decoded, **beside}, path.parent)
     for heading, text in ready.lines:
         typer.echo(f"{heading:<13} {text}")
     rows, columns = (length // m for length in raster.pixels.shape[:2])
     typer.echo(f"{out}: {columns} x {rows} micro images of {m} x {m} pixels")
+    for name in beside:
+        typer.echo(f"{name}: type of the micro lens of each pixel, from 1; 0 without light")
     if decoded.gamma == 1:
         typer.echo(
             f"note: in linear light, white is {raster.full_scale}; plenofir's commands read that "

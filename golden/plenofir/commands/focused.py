@@ -19,6 +19,7 @@ from plenofir.ground.files import Results, check_folder
 
 if TYPE_CHECKING:
     from plenofir.camera.calibration import Calibration
+    from plenofir.camera.captures.prepare import Prepared
     from plenofir.camera.focused import DepthScale, FocusedCapture, FocusedDepth
     from plenofir.camera.rays import RayModel
     from plenofir.camera.recognise import Hints
@@ -156,9 +157,21 @@ def type_lines(calibration: "Calibration") -> list[str]:
     types = calibration.lens_types
     if types is None:
         return []
-    depths = ", ".join(f"{1 / x:.3g}" if x else "inf" for x in types.sharpest)
-    kinds = "1 type" if len(types.pattern) == 1 else f"{len(types.pattern)} types"
-    return [f"micro lenses  {kinds}, sharpest at v = {depths}"]
+    headings = "micro lenses", ""
+    texts = types.described(calibration.grid.lens_pitch)
+    return [f"{name:<13} {text}" for name, text in zip(headings, texts, strict=True)]
+
+
+def decoded_focused(
+    ready: "Prepared", micro_image: int | None, where: str
+) -> "tuple[Picture, Image, int]":
+    """The aligned raw image of a focused camera, types of its samples' lenses, and M."""
+    from plenofir.camera.focused import focused_capture, focused_raster
+
+    raster = focused_raster(focused_capture(ready, where), micro_image)
+    picture = ready.picture._replace(pixels=raster.pixels, mosaic=None, neutral=None)
+    gamma = ready.picture.gamma or 1.0
+    return picture._replace(gamma=gamma, orientation=1), raster.lenses, raster.m
 
 
 @dataclass(frozen=True)

@@ -20,12 +20,13 @@ _SURE = 0.5
 def field_of(focal: FocusedField) -> "Field":
     """What a page says about a capture, in place of an aligned raw image."""
     from plenofir.camera.recognise import Field, Finding
-    from plenofir.commands.focused import type_lines
 
     calibration = focal.capture.calibration
     text = f"focused camera, {calibration.grid.layout}, {focal.capture.pitch:.3f} pixels a lens"
     lines = [Finding("calibrated", text, "told")]
-    lines += [Finding("lenses", line.split(maxsplit=2)[2]) for line in type_lines(calibration)]
+    if calibration.lens_types is not None:
+        texts = calibration.lens_types.described(focal.capture.pitch)
+        lines += [Finding("micro lenses", one) for one in texts]
     lines += [Finding("calibration", note, notable=True) for note in focal.notes]
     return Field(focal.look.field, round(focal.capture.pitch), tuple(lines))
 

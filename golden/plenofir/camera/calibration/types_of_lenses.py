@@ -10,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from plenofir.camera.calibration.grid import Floats, Grid, Indices
 
 _MOST_TYPES = 3
+# Stands for virtual depths without end.
+_FARTHEST = 1e6
 
 
 def usual_order(grid: Grid, t: Indices, s: Indices, types: int) -> Indices:
@@ -53,6 +55,36 @@ class LensTypes(BaseModel):
     def at(self, grid: Grid, t: Indices, s: Indices) -> Indices:
         """Type of lenses of the grid, same shape as their rows and columns `t`, `s`."""
         return np.array(self.pattern)[usual_order(grid, t, s, len(self.pattern))]
+
+    def ranges(self, pitch: float) -> tuple[tuple[float, float], ...]:
+        """Virtual depths from - to at which each type blurs by a pixel at most; inf beyond.
+
+        `pitch`: distance of neighbouring micro images in pixels.
+        """
+        ends = np.array(self.sharpest)[:, np.newaxis] + np.array([1, -1]) / pitch
+        # Beyond infinity micro images are turned: that is another side, and not usable here.
+        side = np.where(np.array(self.sharpest) < 0, -1.0, 1.0)[:, np.newaxis]
+        depths = 1 / np.maximum(ends * side, 1e-300)
+        return tuple(
+            (float(low), float(high)) for low, high in np.sort(np.minimum(depths, _FARTHEST)) * side
+        )
+
+    def described(self, pitch: float) -> tuple[str, ...]:
+        """The types, where they are sharp, and the box for that, for people."""
+        depths = ", ".join(f"{1 / x:.3g}" if x else "inf" for x in self.sharpest)
+        kinds = "1 type" if len(self.pattern) == 1 else f"{len(self.pattern)} types"
+        ranges = self.ranges(pitch)
+        spans = ", ".join(
+            f"{a:.3g} to {'inf' if abs(b) >= _FARTHEST else f'{b:.3g}'}" for a, b in ranges
+        )
+        least, most = (
+            float(end(abs(one) for pair in ranges for one in pair)) for end in (min, max)
+        )
+        box = f"B = |v|, rounded: {max(1, round(least))} to {min(round(most), round(pitch))}"
+        return (
+            f"{kinds}, sharpest at v = {depths}",
+            f"usable, blurred by a pixel at most: v = {spans}; {box}",
+        )
 
     def carried(self, old: Grid, new: Grid, matrix: Floats, shift: Floats) -> "LensTypes":
         """The same lenses, counted by another grid.

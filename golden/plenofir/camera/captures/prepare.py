@@ -82,7 +82,16 @@ class Prepared:
         devignette: bool = True,
         progress: Callable[[int, int], None] | None = None,
     ) -> tuple[Picture, int]:
-        """The aligned raw image, upright, and its M: the largest odd size that fits if None."""
+        """The aligned raw image, upright, and its M: the largest odd size that fits if None.
+
+        Raises `InputError` for a focused camera: `plenofir.camera.focused` has its pictures.
+        """
+        if self.calibration.lens_types is not None:
+            raise InputError(
+                "is a capture of a focused camera by its calibration; decode, develop, refocus, "
+                "stack, depth-map and view take one",
+                where=where,
+            )
         m = micro_image or largest_odd_size(self.calibration)
         raster = decode(
             self.picture.pixels,

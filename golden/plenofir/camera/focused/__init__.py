@@ -14,6 +14,7 @@ from plenofir.camera.focused.agreement import moved_to_agree
 from plenofir.camera.focused.capture import FocusedCapture, focused_capture
 from plenofir.camera.focused.depth import FocusedDepth, search_depth
 from plenofir.camera.focused.gaps import calibration_of_gaps
+from plenofir.camera.focused.raster import FocusedRaster, focused_raster
 from plenofir.camera.focused.scale import DepthScale
 from plenofir.camera.focused.vendor import VendorGrid, read_vendor_grid
 from plenofir.camera.focused.which_type import types_by_sharpness
@@ -22,9 +23,11 @@ __all__ = [
     "DepthScale",
     "FocusedCapture",
     "FocusedDepth",
+    "FocusedRaster",
     "VendorGrid",
     "calibration_of_gaps",
     "focused_capture",
+    "focused_raster",
     "moved_to_agree",
     "read_vendor_grid",
     "search_depth",

@@ -265,8 +265,8 @@ def _focused(
     if agreement is not None:
         text += f" (agreement with one grid {agreement:.2f})"
     advice = (
-        "its micro images are small pictures: refocusing by views does not suit it; with a white "
-        "image, plenofir calibrate and plenofir decode still give its micro images",
+        command("calibrate", "WHITE_IMAGE", "--lens-types", Path(name), "--out", "calib.json"),
+        command("develop", Path(name), "--calib", "calib.json"),
     )
     return LightFieldSource(
         "raw capture of a focused (2.0) camera", (size, Finding("evidence", text)), advice

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from plenofir.camera.calibration.record import load_calibration
+from plenofir.camera.focused.vendor import read_vendor_grid
 from plenofir.camera.lytro.container import file_bytes, read_json
 from plenofir.camera.lytro.frames import is_lytro
 from plenofir.camera.lytro.metadata import FrameMetadata, frame_metadata
@@ -170,12 +171,24 @@ def _metadata(path: Path, hints: Hints) -> LightFieldSource | None:
 
 def _calibration(path: Path, hints: Hints) -> LightFieldSource:
     """A calibration."""
-    grid = load_calibration(path).grid
+    calibration = load_calibration(path)
+    grid, types = calibration.grid, calibration.lens_types
     text = f"{grid.layout}, pitch {grid.lens_pitch:.4f} pixels, as plenofir calibrate writes it"
+    findings = [Finding("evidence", text, "told")]
     advice = command("decode", "RAW", "--calib", path, "--out", "aligned.png")
-    return LightFieldSource(
-        "calibration", (Finding("evidence", text, "told"),), (advice,), pitch_px=grid.lens_pitch
-    )
+    if types is not None:
+        findings.append(Finding("camera", "a focused (2.0) camera", "told"))
+        findings += [Finding("lenses", one, "told") for one in types.described(grid.lens_pitch)]
+        advice = command("develop", "RAW", "--calib", path)
+    return LightFieldSource("calibration", tuple(findings), (advice,), pitch_px=grid.lens_pitch)
+
+
+def _maker(path: Path, hints: Hints) -> LightFieldSource:
+    """A calibration of a focused camera's maker."""
+    read_vendor_grid(path)
+    text = "RayCalibData, Raytrix' calibration of a focused (2.0) camera"
+    advice = command("calibrate", "RAW", "--grid", path, "--out", "calib.json")
+    return LightFieldSource("calibration", (Finding("evidence", text, "told"),), (advice,))
 
 
 def _picture(path: Path, hints: Hints) -> Stored:
@@ -197,6 +210,7 @@ READERS: tuple[Reader, ...] = (
     Reader("pages of a TIFF", has_pages, _pages),
     Reader("metadata of a Lytro's frame", _ends_in(".json", ".txt"), _metadata),
     Reader("calibration", _ends_in(".json"), _calibration),
+    Reader("calibration of a maker", _ends_in(".xml"), _maker),
     Reader("picture", lambda path: True, _picture),
 )
 

@@ -103,6 +103,22 @@ def test_what_focused_cameras_do_not_take(
     assert done.stderr.count("plenofir:") == 1
 
 
+def test_decode_and_inspect(folder: Path) -> None:
+    told = run(folder, "decode", "--out", "aligned.png")
+    assert "micro images of 23 x 23 pixels" in told
+    assert "aligned_lenses.png: type of the micro lens" in told
+    lenses = read_image(folder / "aligned_lenses.png")
+    assert lenses.shape == read_image(folder / "aligned.png").shape[:2]
+    assert sorted(set(lenses.ravel().tolist())) == [0, 1, 2, 3]
+    told = plenofir("inspect", "calib.json", cwd=folder).stdout
+    assert "a focused (2.0) camera" in told
+    assert "usable, blurred by a pixel at most: v = 2.1" in told
+    assert "B = |v|, rounded: 2 to 3" in told
+    done = plenofir("decode", "raw.png", "--calib", "calib.json", "--scale", "fit", cwd=folder)
+    assert done.returncode == 2
+    assert "are not for captures of focused cameras" in done.stderr
+
+
 def test_virtual_depth_is_for_focused_cameras(folder: Path) -> None:
     done = plenofir("refocus", "white.png", "-M", "5", "-v", "2", cwd=folder)
     assert done.returncode == 2
