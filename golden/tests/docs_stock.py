@@ -5,6 +5,7 @@ import tarfile
 from pathlib import Path
 
 import numpy as np
+from focused_scenes import RAYTRIX_XML, scene
 from lytro_writer import F01, ILLUM, changed, write_capture, write_whites
 from scipy.io import savemat
 from tifffile import imwrite
@@ -48,6 +49,15 @@ def _capture(folder: Path, rng: np.random.Generator) -> None:
         imwrite(folder / f"{name}.tif", spots)
 
 
+def _focused(folder: Path) -> None:
+    """A capture of a focused camera, its white image, and a maker's grid."""
+    taken = scene((2.25, 2.6, 3.2), lenses=(20, 24)).capture
+    write_png(folder / "texture.png", taken.raw)
+    write_png(folder / "texture-white.png", taken.white)
+    facts = {"x": 0, "y": 0, "diameter": 23, "rotation": 0, "distortion": 0}
+    (folder / "raytrix.xml").write_text(RAYTRIX_XML.format(**facts))
+
+
 SCENE = """name = "own"
 [camera]
 micro_image_size = 11
@@ -78,6 +88,7 @@ def make_docs_stock(folder: Path) -> None:
     """Write one file for each name that the documentation uses."""
     rng = np.random.default_rng(24)
     _capture(folder, rng)
+    _focused(folder)
     _lytro(folder)
     # Micro images of 5, 9 and 11 pixels alike.
     picture = np.kron(rng.integers(0, 256, (9, 9), np.uint8), np.ones((11, 11), np.uint8))

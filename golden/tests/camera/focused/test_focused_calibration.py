@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from focused_scenes import RAYTRIX_XML as XML
 from focused_scenes import Scene, scene
 
 from plenofir.camera.calibration import Calibration, calibrate, load_calibration
@@ -24,22 +25,6 @@ from plenofir.camera.synthetic.pattern import regular_grid
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture
 
-XML = """<?xml version="1.0"?>
-<RayCalibData version="1.0">
-  <offset units="pix"><x>{x}</x><y>{y}</y></offset>
-  <diameter units="pix">{diameter}</diameter>
-  <rotation units="rad">{rotation}</rotation>
-  <lens_border units="pix">1</lens_border>
-  <lens_base_x units="lens"><x>1</x><y>0</y></lens_base_x>
-  <lens_base_y units="lens"><x>0.5</x><y>-0.866025388241</y></lens_base_y>
-  <distortion type="radial"><parameter count="0">{distortion}</parameter></distortion>
-  <lens_type id="0"><offset><x>0</x><y>0</y></offset>
-    <depth_range><min>1</min><max>3</max></depth_range></lens_type>
-  <lens_type id="1"><offset><x>1</x><y>0</y></offset>
-    <depth_range><min>2.8</min><max>4</max></depth_range></lens_type>
-  <lens_type id="2"><offset><x>-1</x><y>0</y></offset>
-    <depth_range><min>3.8</min><max>100</max></depth_range></lens_type>
-</RayCalibData>"""
 USUAL = {"x": 17.76, "y": 14.905, "diameter": 34.8647, "rotation": 0.0, "distortion": 0}
 
 
