@@ -2,7 +2,8 @@
 // The row stage with several pixels a token equals the gather equation: whatever the pixels, the stalls, the length
 // of a line and the empty tokens behind it are, and whenever the next line begins.
 //
-//   out(k) = sum over u = 0..M-1 of x(M * floor((k + OFFSET - u * SHIFT) / M) + u), x = 0 outside its line
+//   out(k) = sum over u = 0..M-1 of x(M * floor((k + OFFSET - u * SHIFT) / M) + u), x = 0 outside its line,
+//            of those u for which (k + OFFSET - u * SHIFT) mod M is below the box
 //
 // Two lines are followed, the second begins at any clock from LEAST tokens on. Side information tells the line of an
 // output. So the banks, the exchange, the sum ahead of a line and the prefix network are right together.
@@ -10,6 +11,7 @@
 module lane_properties #(
     parameter M = 3,
     parameter P = 2,
+    parameter BOX = 3,
     parameter SHIFT_BIASED = 66,
     parameter OFFSET_BIASED = 66,
     parameter SUM_BITS = 2,
@@ -76,12 +78,13 @@ module lane_properties #(
   endfunction
 
   function [SUM_BITS-1:0] gathered(input [LENGTH*P-1:0] pixels, input [COUNT_BITS-1:0] count, input integer place);
-    integer u, k;
+    integer u, k, from;
     begin
       gathered = 0;
       for (u = 0; u < M; u = u + 1) begin
-        k = M * floor_divided(place + OFFSET - u * SHIFT) + u;
-        if (k >= 0 && k < LENGTH * P && k < count * P) gathered = gathered + ((pixels >> k) & 1);
+        from = M * floor_divided(place + OFFSET - u * SHIFT);
+        k = from + u;
+        if (place + OFFSET - u * SHIFT - from < BOX && k >= 0 && k < LENGTH * P && k < count * P) gathered = gathered + ((pixels >> k) & 1);
       end
     end
   endfunction

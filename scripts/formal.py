@@ -31,9 +31,10 @@ TRACE = "failure.vcd"
 _BIAS = 64
 
 
-def _geometry(micro_image_size: int, shift: int) -> str:
-    """VHDL of the geometry of one slice."""
-    return f'geometry_of("{TOP}", {micro_image_size}, "{shift}", true)'
+def _geometry(micro_image_size: int, shift: int, box: int | None = None) -> str:
+    """VHDL of the geometry of one slice; a box of M for None."""
+    samples = box or micro_image_size
+    return f'geometry_of("{TOP}", {micro_image_size}, "{shift}", true, "{samples}")'
 
 
 @dataclass(frozen=True)
@@ -91,24 +92,28 @@ class LaneProof:
     shift: int  # a' in pixels
     pixels: int  # P of a token, a bit each
     clocks: int = 16  # from the initial state on
+    box: int | None = None  # samples B, M if None
 
     @property
     def name(self) -> str:
         m, p = self.micro_image_size, self.pixels
-        return f"{p} pixels a token, M={m} a'={self.shift}, {self.clocks} clocks"
+        box = f" box of {self.box}" if self.box else ""
+        return f"{p} pixels a token, M={m} a'={self.shift}{box}, {self.clocks} clocks"
 
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
         m, shift, p = self.micro_image_size, self.shift, self.pixels
-        lanes = LaneLayout(SumLayout(m, (shift,)), p)
+        box = self.box or m
+        lanes = LaneLayout(SumLayout(m, (shift,), boxes=(box,)), p)
         values = {
-            "BUILD": f"to_lanes({_geometry(m, shift)}, {p}, 1, 1)",
+            "BUILD": f"to_lanes({_geometry(m, shift, box)}, {p}, 1, 1)",
             "SUM_BITS": m.bit_length(),
         }
         parameters = {
             "M": m,
             "P": p,
+            "BOX": box,
             "SHIFT_BIASED": shift + _BIAS,
-            "OFFSET_BIASED": output_offset(m, shift, "centred") + _BIAS,
+            "OFFSET_BIASED": output_offset(m, shift, "centred", box) + _BIAS,
             "SUM_BITS": m.bit_length(),
             "LEAST": lanes.delay + 1,
             "LENGTH": self.clocks - lanes.clocks - lanes.delay,
@@ -421,7 +426,7 @@ PROOFS = (
     FirProof(2, -1),
     FirProof(3, 1),
     FirProof(3, 2),
-    LaneProof(3, 2, 2),
+    LaneProof(3, 2, 2, box=2),
     DivideProof(4, 4),
     RoundProof(16),
     RoundProof(25),
@@ -441,6 +446,7 @@ LONG_PROOFS = (
     FirProof(3, 0, hold=True, clocks=20),
     FirProof(3, -1, clocks=16),
     FirProof(3, 2, data_bits=2, clocks=16),
+    LaneProof(3, 2, 2),
     LaneProof(2, -1, 2, clocks=17),
     LaneProof(2, 2, 2, clocks=18),
     LaneProof(3, 3, 2, clocks=18),

@@ -61,18 +61,17 @@ architecture rtl of sum_tail is
   constant SUMS_BITS   : positive := row_sums_bits(CORE);
   constant PIXELS_BITS : positive := result_bits(CORE);
 
-  -- Width of the weights of a slice's pixels in a token, and number of a slice in bits.
-  constant SLICE_WEIGHTS : positive := weights_bits(CORE) / slices_at_once(CORE);
-  constant SLICE_BITS    : positive := bits_for(CORE.geometry.slices - 1);
+  -- Number of a slice in bits, and bits of a weight.
+  constant SLICE_BITS   : positive := bits_for(CORE.geometry.slices - 1);
+  constant DIVISOR_BITS : positive := larger(weight_bits(CORE), 1);
 
-  type divisors_t is array (natural range 0 to 2 ** SLICE_BITS - 1) of std_logic_vector(SLICE_WEIGHTS - 1 downto 0);
+  type divisors_t is array (natural range 0 to 2 ** SLICE_BITS - 1) of std_logic_vector(DIVISOR_BITS - 1 downto 0);
 
-  -- The divisor of each slice, for all pixels of a token.
+  -- The divisor of each slice.
   function all_divisors return divisors_t is
 
     variable divisors : divisors_t;
     variable divisor  : positive;
-    variable weight   : std_logic_vector(larger(weight_bits(CORE), 1) - 1 downto 0);
 
   begin
 
@@ -84,13 +83,7 @@ architecture rtl of sum_tail is
         divisor := CORE.geometry.boxes(s) ** (2 * CORE.arithmetic.passes);
       end if;
 
-      weight := std_logic_vector(to_unsigned(divisor, weight'length));
-
-      for i in 0 to CORE.pixels - 1 loop
-
-        divisors(s)((i + 1) * weight'length - 1 downto i * weight'length) := weight;
-
-      end loop;
+      divisors(s) := std_logic_vector(to_unsigned(divisor, DIVISOR_BITS));
 
     end loop;
 
@@ -152,16 +145,16 @@ begin
 
       begin
 
-        for s in 0 to slices_at_once(CORE) - 1 loop
+        for i in 0 to slices_at_once(CORE) * CORE.pixels - 1 loop
 
           slice := last_tokens(r).slice(SLICE_BITS - 1 downto 0);
 
-          -- If all slices come at once, the token has none.
+          -- If all slices come at once, the token has none, and those of each pixel lie side by side.
           if slices_at_once(CORE) > 1 then
-            slice := to_unsigned(s, SLICE_BITS);
+            slice := to_unsigned(i mod CORE.geometry.slices, SLICE_BITS);
           end if;
 
-          divisor((s + 1) * SLICE_WEIGHTS - 1 downto s * SLICE_WEIGHTS) <= DIVISORS(to_integer(slice));
+          divisor((i + 1) * DIVISOR_BITS - 1 downto i * DIVISOR_BITS) <= DIVISORS(to_integer(slice));
 
         end loop;
 

@@ -1,16 +1,18 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Keeps the last lines of a frame, and gives the pixels that enter a column's moving sum and those that leave it.
 --
--- Each phase (line mod M) has a ring of lines, only as long as its ages need. The lines of a ring alternate between two
--- banks, so the line that enters and the one that leaves, which are neighbours in the ring, are read at the same time.
--- The rings lie one behind the other in the banks, without a gap. Frames may have any number of lines: rings continue
--- from frame to frame, and the first outputs of a frame find their lines by the place where the frame began.
+-- Each phase (line mod M) has a ring of lines, only as long as its ages need. The line that enters and the one that
+-- leaves are read at the same time, so they lie in different banks. With a box of M they are neighbours in a ring, and
+-- the lines of a ring alternate between two banks. With a smaller box they are of two phases, whose rings lie in groups
+-- of banks of their own (bank_groups). Rings lie one behind the other in the banks, without a gap. Frames may have any
+-- number of lines: rings continue from frame to frame, and the first outputs of a frame find their lines by the place
+-- where the frame began.
 --
 -- Names of signals end in the number of clocks since the token that begins a line.
 --
 -- Latency: 8 clocks. Throughput: one token each clock; lines begin at least 4 clocks apart.
--- Equation: entering = the column's pixel `age` lines before, with the age of the phase; leaving = the pixel M lines
--- before that one.
+-- Equation: entering = the column's pixel `age` lines before, with the age of the phase; leaving = the pixel that
+-- entered B lines before, B the box.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -53,17 +55,26 @@ architecture rtl of line_ring is
   constant M       : positive := GEOMETRY.micro_image_size;
   constant SLICES  : positive := GEOMETRY.slices;
   constant LEAVING : boolean  := pixels_leave(GEOMETRY);
-  -- Where no pixel leaves, each clock reads one line and writes one: a single bank does.
-  constant BANKS     : positive := choose(LEAVING, 2, 1);
-  constant ALL_LINES : natural  := bank_lines(GEOMETRY, ANY_ROWS, M);
-  constant WORDS     : positive := larger(ALL_LINES, 1) * COLUMNS;
-  constant WORD_BITS : positive := bits_for(WORDS - 1);
+  constant KEPT    : natural  := kept_lines(GEOMETRY, ANY_ROWS);
+  -- Banks between which the lines of a ring alternate.
+  constant TURNS : positive := choose(alternates(GEOMETRY), 2, 1);
+  -- The group of banks of each phase. A single bank does where no pixel leaves: each clock reads one line and writes
+  -- one.
+  constant GROUP_OF : groups_t := bank_groups(GEOMETRY);
+
+  constant GROUPS : positive := group_count(GEOMETRY);
+  constant BANKS  : positive := GROUPS * TURNS;
+  -- Lines of the largest bank.
+  constant ALL_LINES : natural  := most_bank_lines(GEOMETRY, ANY_ROWS);
+  constant WORD_BITS : positive := bits_for(larger(ALL_LINES, 1) * COLUMNS - 1);
 
   subtype phase_t is natural range 0 to larger(M - 1, 1);
 
   -- A place in a ring, or the size of a ring. Each phase has a ring of its own, only as long as its pixels stay in
   -- use, which takes fewer lines than one ring for all.
-  subtype place_t is natural range 0 to larger(BANKS * ALL_LINES, 1);
+  subtype place_t is natural range 0 to larger(KEPT, 1);
+
+  subtype bank_t is natural range 0 to larger(BANKS - 1, 1);
 
   subtype address_t is unsigned(WORD_BITS - 1 downto 0);
 
@@ -76,38 +87,39 @@ architecture rtl of line_ring is
   -- A place for each slice and phase.
   type skips_t is array (natural range 0 to table_words(GEOMETRY) - 1) of place_t;
 
+  type banks_t is array (5 to 8) of bank_t;
+
   type addresses_t is array (natural range 0 to BANKS - 1) of address_t;
 
-  type bank_words_t is array (natural range 0 to 1) of std_logic_vector(WIDTH - 1 downto 0);
+  type bank_words_t is array (natural range 0 to larger(BANKS - 1, 1)) of std_logic_vector(WIDTH - 1 downto 0);
 
-  -- The ring of a phase: its lines, and the lines of a bank in front of it.
+  -- The ring of a phase: its lines, the lines of a bank in front of it, and its first bank.
   type ring_t is record
     lines : place_t;
     base  : place_t;
+    bank  : bank_t;
   end record ring_t;
 
   type rings_t is array (natural range 0 to SLICE_STEP - 1) of ring_t;
 
   function all_rings return rings_t is
 
-    variable rings  : rings_t;
-    variable before : natural;
+    variable rings : rings_t;
 
   begin
 
     -- Phases of M and above do not occur; 1 keeps the table's words from being all zeros (table_words).
-    rings  := (others => (lines => 1, base => 1));
-    before := 0;
+    rings := (others => (lines => 1, base => 1, bank => 0));
 
     for v in 0 to M - 1 loop
 
       rings(v).lines := ring_lines(GEOMETRY, ANY_ROWS, v);
       rings(v).base  := 0;
+      rings(v).bank  := GROUP_OF(v) * TURNS;
 
       -- A phase without a ring needs no lines and no base.
       if rings(v).lines > 0 then
-        rings(v).base := before / BANKS;
-        before        := before + rings(v).lines;
+        rings(v).base := bank_lines(GEOMETRY, ANY_ROWS, GROUP_OF(v), v);
       end if;
 
     end loop;
@@ -230,6 +242,17 @@ architecture rtl of line_ring is
 
   constant ADDRESS_OF : line_addresses_t := line_table;
 
+  -- The bank of a line.
+  function bank_of (
+    place : place_t;
+    phase : phase_t
+  ) return bank_t is
+  begin
+
+    return RING_OF(phase).bank + place mod TURNS;
+
+  end function bank_of;
+
   -- Address of a line's first word in its bank.
   function line_address (
     place : place_t;
@@ -237,7 +260,7 @@ architecture rtl of line_ring is
   ) return address_t is
   begin
 
-    return ADDRESS_OF(RING_OF(phase).base + place / BANKS);
+    return ADDRESS_OF(RING_OF(phase).base + place / TURNS);
 
   end function line_address;
 
@@ -249,33 +272,33 @@ architecture rtl of line_ring is
 
   signal phase_1       : phase_t;
   signal slice_1       : unsigned(bits_for(SLICES - 1) - 1 downto 0);
-  signal step_2        : std_logic            := '0';
-  signal phase_2       : phase_t              := 0;
-  signal live_2        : std_logic            := '0';
-  signal take_2        : std_logic            := '0';
-  signal in_place_2    : place_t              := 0;
-  signal step_3        : std_logic            := '0';
-  signal phase_3       : phase_t              := 0;
-  signal stored_3      : std_logic            := '0';
-  signal take_3        : std_logic            := '0';
-  signal enter_phase_3 : phase_t              := 0;
-  signal in_place_3    : place_t              := 0;
-  signal enter_place_3 : place_t              := 0;
-  signal leave_place_3 : place_t              := 0;
-  signal stored_4      : std_logic            := '0';
-  signal in_line_4     : address_t            := (others => '0');
-  signal enter_line_4  : address_t            := (others => '0');
-  signal leave_line_4  : address_t            := (others => '0');
-  signal in_bank_4     : natural range 0 to 1 := 0;
-  signal enter_bank_4  : natural range 0 to 1 := 0;
-  signal stored_5      : std_logic            := '0';
-  signal in_bank_5     : natural range 0 to 1 := 0;
-  signal write_address : address_t            := (others => '0');
-  signal read_address  : addresses_t          := (others => (others => '0'));
-  signal enter_bank_5  : natural range 0 to 1 := 0;
-  signal enter_bank_6  : natural range 0 to 1 := 0;
-  signal enter_bank_7  : natural range 0 to 1 := 0;
-  signal enter_bank_8  : natural range 0 to 1 := 0;
+  signal step_2        : std_logic   := '0';
+  signal phase_2       : phase_t     := 0;
+  signal live_2        : std_logic   := '0';
+  signal take_2        : std_logic   := '0';
+  signal in_place_2    : place_t     := 0;
+  signal step_3        : std_logic   := '0';
+  signal phase_3       : phase_t     := 0;
+  signal stored_3      : std_logic   := '0';
+  signal take_3        : std_logic   := '0';
+  signal enter_phase_3 : phase_t     := 0;
+  signal in_place_3    : place_t     := 0;
+  signal leave_phase_3 : phase_t     := 0;
+  signal enter_place_3 : place_t     := 0;
+  signal leave_place_3 : place_t     := 0;
+  signal stored_4      : std_logic   := '0';
+  signal in_line_4     : address_t   := (others => '0');
+  signal enter_line_4  : address_t   := (others => '0');
+  signal leave_line_4  : address_t   := (others => '0');
+  signal in_bank_4     : bank_t      := 0;
+  signal enter_bank_4  : bank_t      := 0;
+  signal leave_bank_4  : bank_t      := 0;
+  signal stored_5      : std_logic   := '0';
+  signal in_bank_5     : bank_t      := 0;
+  signal write_address : address_t   := (others => '0');
+  signal read_address  : addresses_t := (others => (others => '0'));
+  signal enter_bank_at : banks_t     := (others => 0);
+  signal leave_bank_at : banks_t     := (others => 0);
   signal bank_words    : bank_words_t;
 
 begin
@@ -288,6 +311,7 @@ begin
 
     variable next_in    : place_t;
     variable next_enter : place_t;
+    variable left_phase : phase_t;
 
   begin
 
@@ -304,7 +328,12 @@ begin
       take_2     <= control.take_1;
 
       -- Clock 2: the line that enters and its neighbour in the ring; with output 0 the first lines that enter.
-      next_in  := place_behind(in_place_2, RING_OF(phase_2).lines);
+      next_in := place_behind(in_place_2, RING_OF(phase_2).lines);
+      -- With one group only boxes of M have pixels that leave, of the phase that enters.
+      left_phase := control.enter_phase_2;
+      if GROUPS > 1 then
+        left_phase := control.leave_phase_2;
+      end if;
       step_3   <= step_2;
       stored_3 <= '0';
       -- Phases whose lines always enter at once are not stored.
@@ -316,9 +345,9 @@ begin
         in_place_3    <= in_place_2;
         enter_phase_3 <= control.enter_phase_2;
         enter_place_3 <= enter_place(control.enter_phase_2);
-        -- M steps before, the line of the same phase entered: it is the neighbour in the ring of the line
-        -- that enters now.
-        leave_place_3 <= place_before(enter_place(control.enter_phase_2), RING_OF(control.enter_phase_2).lines);
+        -- The line that leaves is the last one of its phase that has entered: it stands in front of the next one.
+        leave_phase_3 <= left_phase;
+        leave_place_3 <= place_before(enter_place(left_phase), RING_OF(left_phase).lines);
         take_3        <= take_2;
 
         -- The loop avoids an element of variable index, for which GHDL 2.0 synthesises no register.
@@ -356,11 +385,11 @@ begin
       -- Clock 3: addresses of lines.
       in_line_4    <= line_address(in_place_3, phase_3);
       enter_line_4 <= line_address(enter_place_3, enter_phase_3);
-      leave_line_4 <= line_address(leave_place_3, enter_phase_3);
-      -- Lines of a ring alternate between the banks. The entering and the leaving line are neighbours, so they
-      -- lie in different banks and are read in one clock.
-      in_bank_4    <= in_place_3 mod BANKS;
-      enter_bank_4 <= enter_place_3 mod BANKS;
+      leave_line_4 <= line_address(leave_place_3, leave_phase_3);
+      -- The entering and the leaving line lie in different banks and are read in one clock.
+      in_bank_4    <= bank_of(in_place_3, phase_3);
+      enter_bank_4 <= bank_of(enter_place_3, enter_phase_3);
+      leave_bank_4 <= bank_of(leave_place_3, leave_phase_3);
       stored_4     <= stored_3;
 
       if reset = '1' then
@@ -386,25 +415,29 @@ begin
 
       for b in 0 to BANKS - 1 loop
 
+        -- A bank that is read for neither may be too short for their addresses.
         if enter_bank_4 = b then
           read_address(b) <= enter_line_4 + column_4;
-        else
+        elsif GROUPS = 1 or leave_bank_4 = b then
           read_address(b) <= leave_line_4 + column_4;
+        else
+          read_address(b) <= (others => '0');
         end if;
 
       end loop;
 
-      -- The number of the bank with the entering pixel waits until the words come.
-      enter_bank_5 <= enter_bank_4;
-      enter_bank_6 <= enter_bank_5;
-      enter_bank_7 <= enter_bank_6;
-      enter_bank_8 <= enter_bank_7;
+      -- The numbers of the banks wait until the words come.
+      enter_bank_at <= enter_bank_4 & enter_bank_at(5 to 7);
+      leave_bank_at <= leave_bank_4 & leave_bank_at(5 to 7);
     end if;
 
   end process find_pixels;
 
   -- If every line enters at once there is no ring and no memory.
   bank : for b in 0 to choose(ALL_LINES = 0, 0, BANKS) - 1 generate
+
+    constant LINES : positive := larger(bank_lines(GEOMETRY, ANY_ROWS, b / TURNS, M), 1);
+    constant WORDS : positive := LINES * COLUMNS;
 
     signal write_enable : std_logic;
 
@@ -414,7 +447,7 @@ begin
     write_enable <= active_5 and stored_5 when in_bank_5 = b else
                     '0';
 
-    lines : entity work.ram_simple_dual_port
+    memory : entity work.ram_simple_dual_port
       generic map (
         WIDTH        => WIDTH,
         WORDS        => WORDS,
@@ -424,9 +457,9 @@ begin
       port map (
         clk           => clk,
         write_enable  => write_enable,
-        write_address => write_address,
+        write_address => write_address(bits_for(WORDS - 1) - 1 downto 0),
         write_data    => pixel_5,
-        read_address  => read_address(b),
+        read_address  => read_address(b)(bits_for(WORDS - 1) - 1 downto 0),
         read_data     => bank_words(b)
       );
 
@@ -437,10 +470,11 @@ begin
     leaving_8  <= (others => '0');
   end generate one_bank;
 
-  -- The entering pixel is in one bank, so the leaving one is in the other.
-  two_banks : if LEAVING generate
-    entering_8 <= bank_words(enter_bank_8);
-    leaving_8  <= bank_words(1 - enter_bank_8);
-  end generate two_banks;
+  -- With two banks the leaving pixel is in the bank that the entering one is not in.
+  several_banks : if LEAVING generate
+    entering_8 <= bank_words(enter_bank_at(8));
+    leaving_8  <= bank_words(1 - enter_bank_at(8)) when BANKS = 2 else
+                  bank_words(leave_bank_at(8));
+  end generate several_banks;
 
 end architecture rtl;

@@ -41,8 +41,9 @@ entity moving_sum_control is
     slice : in    unsigned(bits_for(GEOMETRY.slices - 1) - 1 downto 0);
     -- Control of the memory of pixels.
     ring : out   ring_control_t;
-    -- 3 clocks from advance: the age of the pixel that enters.
-    age_3 : out   natural range 0 to reach(GEOMETRY);
+    -- 3 clocks from advance: the ages of the pixels that enter and leave.
+    age_3      : out   natural range 0 to reach(GEOMETRY);
+    left_age_3 : out   natural range 0 to reach(GEOMETRY);
     -- 3 clocks from advance: which pixels change the sums, and the effect of the step's tokens on them.
     choice_3  : out   pixel_choice_t;
     command_3 : out   sum_command_t
@@ -59,8 +60,6 @@ architecture rtl of moving_sum_control is
   constant SLICES  : positive := GEOMETRY.slices;
   -- Steps from a pixel to the output of the same index.
   constant DELAY : natural := GEOMETRY.output_delay;
-  -- The largest index that can have left when M steps have passed.
-  constant LEFT_MAX : positive := REACHED + 1 - M;
 
   -- A step's index modulo M.
   subtype phase_t is natural range 0 to larger(M - 1, 1);
@@ -76,9 +75,11 @@ architecture rtl of moving_sum_control is
   type step_t is record
     -- The output begins a group of equal ones: 1 means no, 2 means yes, because words must not be zero (table_words).
     begins : natural range 1 to 2;
-    -- Phase and age of the pixel that enters with the output.
-    phase : phase_t;
-    age   : count_t;
+    -- Phases and ages of the pixels that enter and leave with the output.
+    phase      : phase_t;
+    age        : count_t;
+    left_phase : phase_t;
+    left_age   : count_t;
     -- Index of the pixel in the sum that goes on from output 0, and in the one that output 0 shows; REACHED + 1 if the
     -- pixel is not in them.
     initial : count_t;
@@ -97,7 +98,7 @@ architecture rtl of moving_sum_control is
   begin
 
     -- REACHED + 1 equals no count that is compared.
-    now   := (phase => M - 1, begins => 1, clears => 1, others => REACHED + 1);
+    now   := (phase | left_phase => M - 1, begins | clears => 1, others => REACHED + 1);
     steps := (others => now);
 
     for s in 0 to SLICES - 1 loop
@@ -110,6 +111,9 @@ architecture rtl of moving_sum_control is
         now.age     := entering_age(GEOMETRY, s, now.phase);
         now.initial := REACHED + 1;
         now.held    := REACHED + 1;
+
+        now.left_phase := leaving_phase(GEOMETRY, s, k);
+        now.left_age   := leaving_age(GEOMETRY, s, now.left_phase);
 
         if is_initial(GEOMETRY, s, k, false) then
           now.initial := initial_index(GEOMETRY, s, k, false);
@@ -188,12 +192,9 @@ architecture rtl of moving_sum_control is
   signal out_ended_2    : count_t   := 0;
   signal out_first_2    : std_logic := '0';
   signal age_2          : count_t   := 0;
-  -- The counts minus M, to compare with the age of the pixel that leaves. They are registers because the age comes
-  -- late from its ROM.
-  signal left_count_2 : integer range -M to LEFT_MAX := -M;
-  signal left_ended_2 : integer range -M to LEFT_MAX := -M;
-  signal update_2     : std_logic                    := '0';
-  signal clear_2      : std_logic                    := '0';
+  signal left_age_2     : count_t   := 0;
+  signal update_2       : std_logic := '0';
+  signal clear_2        : std_logic := '0';
 
 begin
 
@@ -292,17 +293,16 @@ begin
         row    := FIXED_SLICE * SLICE_STEP + out_phase;
       end if;
 
-      initial_2      <= in_live and to_logic(in_count = STEP_OF(in_row).initial and in_count <= REACHED);
-      initial_held_2 <= in_live and to_logic(in_count = STEP_OF(in_row).held and in_count <= REACHED);
-      in_first_2     <= in_first;
-      out_count_2    <= out_count;
-      out_ended_2    <= out_ended;
-      -- The differences are computed here, so that only a comparison is left when the age is known.
-      left_count_2       <= out_count - M;
-      left_ended_2       <= out_ended - M;
+      initial_2          <= in_live and to_logic(in_count = STEP_OF(in_row).initial and in_count <= REACHED);
+      initial_held_2     <= in_live and to_logic(in_count = STEP_OF(in_row).held and in_count <= REACHED);
+      in_first_2         <= in_first;
+      out_count_2        <= out_count;
+      out_ended_2        <= out_ended;
       out_first_2        <= out_first;
       ring.enter_phase_2 <= STEP_OF(row).phase;
+      ring.leave_phase_2 <= STEP_OF(row).left_phase;
       age_2              <= STEP_OF(row).age;
+      left_age_2         <= STEP_OF(row).left_age;
       update_2           <= to_logic(STEP_OF(row).begins = 2);
       clear_2            <= to_logic(STEP_OF(row).clears = 2);
     end if;
@@ -317,6 +317,7 @@ begin
       -- that places in memory always move alike.
       ring.moves_3 <= to_logic(age_2 <= out_count_2);
       age_3        <= age_2;
+      left_age_3   <= left_age_2;
 
       -- A pixel's index is the count less its age. The pixel counts if that is not before the line's begin
       -- (count) and not behind its end (ended).
@@ -324,7 +325,7 @@ begin
       (
         enter     => to_logic(age_2 <= out_count_2 and age_2 >= out_ended_2),
         enter_now => to_logic(age_2 = 0),
-        leave     => to_logic(age_2 <= left_count_2 and age_2 >= left_ended_2)
+        leave     => to_logic(left_age_2 <= out_count_2 and left_age_2 >= out_ended_2)
       );
 
       -- An output leaves while its index belongs to the line: up to DELAY steps behind the last pixel.

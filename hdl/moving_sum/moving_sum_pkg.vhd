@@ -57,8 +57,9 @@ package moving_sum_pkg is
     -- take_1: output 0 leaves; slice_1: the output's slice.
     take_1  : std_logic;
     slice_1 : unsigned(7 downto 0);
-    -- Phase of the pixel that enters; moves_3: that pixel does not lie before the line.
+    -- Phases of the pixels that enter and leave; moves_3: the one that enters does not lie before the line.
     enter_phase_2 : natural range 0 to 127;
+    leave_phase_2 : natural range 0 to 127;
     moves_3       : std_logic;
   end record ring_control_t;
 
@@ -107,20 +108,45 @@ package moving_sum_pkg is
     end_row   : unsigned(15 downto 0);
   end record lanes_read_t;
 
-  -- Lines that the column memory keeps of a phase; even if pixels leave, because there are two banks. any_rows:
-  -- frames of any number of lines follow each other, at most one within `reach` lines; else the lines of a frame
-  -- are a multiple of M.
+  -- Lines that the column memory keeps of a phase; even if they alternate between two banks. any_rows: frames of any
+  -- number of lines follow each other, at most one within `reach` lines; else the lines of a frame are a multiple of M.
   function ring_lines (
     geometry : geometry_t;
     any_rows : boolean;
     phase    : natural
   ) return natural;
 
-  -- Lines that a bank keeps of all phases before this one (phase = M: of all phases).
-  function bank_lines (
+  -- Lines that the column memory keeps of all phases.
+  function kept_lines (
     geometry : geometry_t;
-    any_rows : boolean;
-    phase    : natural
+    any_rows : boolean
+  ) return natural;
+
+  -- The group of banks that each phase has: another one than the phases that leave as it enters. Groups have one bank,
+  -- or two where lines alternate.
+  type groups_t is array (natural range 0 to 127) of natural range 0 to 127;
+
+  function bank_groups (
+    geometry : geometry_t
+  ) return groups_t;
+
+  -- Number of groups.
+  function group_count (
+    geometry : geometry_t
+  ) return positive;
+
+  -- Lines that each bank of a group keeps of all phases before this one (phase = M: of all phases); and lines of the
+  -- largest bank.
+  function bank_lines (
+    geometry    : geometry_t;
+    any_rows    : boolean;
+    group_index : natural;
+    phase       : natural
+  ) return natural;
+
+  function most_bank_lines (
+    geometry : geometry_t;
+    any_rows : boolean
   ) return natural;
 
   -- Words of a table by phase. All tables have powers of two, so that an index needs no arithmetic.
@@ -165,24 +191,23 @@ package body moving_sum_pkg is
     phase    : natural
   ) return natural is
 
-    variable oldest : natural;
-    variable lines  : natural;
+    variable age   : natural;
+    variable lines : natural;
 
   begin
 
-    oldest := oldest_entering(geometry, phase);
+    age := oldest(geometry, phase);
 
     -- If frames have multiples of M lines, the lines of a phase are M apart across frames too. Otherwise a frame
     -- may begin early: the first line of phase v comes up to M-1-v lines early.
-    if any_rows and (oldest > 0 or pixels_leave(geometry)) then
-      oldest := oldest + geometry.micro_image_size - 1 - phase;
+    if any_rows and age > 0 then
+      age := age + geometry.micro_image_size - 1 - phase;
     end if;
 
     -- A line of the phase comes every M lines and may replace the one that goes out of use.
-    lines := (oldest + geometry.micro_image_size - 1) / geometry.micro_image_size;
+    lines := divide_up(age, geometry.micro_image_size);
 
-    if pixels_leave(geometry) then
-      lines := lines + 1;
+    if alternates(geometry) then
       -- An even number lets both banks have as many lines: the leaving line is never in the entering line's
       -- bank.
       lines := lines + lines mod 2;
@@ -192,11 +217,120 @@ package body moving_sum_pkg is
 
   end function ring_lines;
 
-  function bank_lines (
+  function kept_lines (
     geometry : geometry_t;
-    any_rows : boolean;
-    phase    : natural
+    any_rows : boolean
   ) return natural is
+
+    variable lines : natural;
+
+  begin
+
+    lines := 0;
+
+    for v in 0 to geometry.micro_image_size - 1 loop
+
+      lines := lines + ring_lines(geometry, any_rows, v);
+
+    end loop;
+
+    return lines;
+
+  end function kept_lines;
+
+  function bank_groups (
+    geometry : geometry_t
+  ) return groups_t is
+
+    constant M : positive := geometry.micro_image_size;
+
+    type phases_t is array (natural range 0 to M - 1) of boolean;
+
+    type meetings_t is array (natural range 0 to M - 1) of phases_t;
+
+    variable meets  : meetings_t;
+    variable groups : groups_t;
+    variable enters : natural;
+    variable leaves : natural;
+    variable taken  : phases_t;
+
+  begin
+
+    meets  := (others => (others => false));
+    groups := (others => 0);
+
+    -- Phases meet if pixels of one enter with those of the other leaving.
+    for s in 0 to geometry.slices - 1 loop
+
+      for k in 0 to M - 1 loop
+
+        enters := entering_phase(geometry, s, k);
+        leaves := leaving_phase(geometry, s, k);
+
+        meets(enters)(leaves) := pixels_leave(geometry);
+        meets(leaves)(enters) := pixels_leave(geometry);
+
+      end loop;
+
+    end loop;
+
+    for v in 0 to M - 1 loop
+
+      taken := (others => false);
+
+      for u in 0 to M - 1 loop
+
+        if u < v and meets(u)(v) then
+          taken(groups(u)) := true;
+        end if;
+
+      end loop;
+
+      -- The first group that no phase before has that meets this one. Downwards, the last one found is the first.
+      for candidate in M - 1 downto 0 loop
+
+        if not taken(candidate) then
+          groups(v) := candidate;
+        end if;
+
+      end loop;
+
+    end loop;
+
+    return groups;
+
+  end function bank_groups;
+
+  function group_count (
+    geometry : geometry_t
+  ) return positive is
+
+    constant GROUP_OF : groups_t := bank_groups(geometry);
+
+    variable groups : positive;
+
+  begin
+
+    groups := 1;
+
+    for v in groups_t'range loop
+
+      groups := larger(groups, GROUP_OF(v) + 1);
+
+    end loop;
+
+    return groups;
+
+  end function group_count;
+
+  function bank_lines (
+    geometry    : geometry_t;
+    any_rows    : boolean;
+    group_index : natural;
+    phase       : natural
+  ) return natural is
+
+    constant GROUP_OF : groups_t := bank_groups(geometry);
 
     variable lines : natural;
 
@@ -207,18 +341,37 @@ package body moving_sum_pkg is
 
     for v in 0 to phase - 1 loop
 
-      lines := lines + ring_lines(geometry, any_rows, v);
+      if GROUP_OF(v) = group_index then
+        lines := lines + ring_lines(geometry, any_rows, v);
+      end if;
 
     end loop;
 
-    -- Each bank has every second line of a phase.
-    if pixels_leave(geometry) then
-      lines := lines / 2;
-    end if;
+    -- Where lines alternate, each of two banks has every second line of a phase.
+    return lines / choose(alternates(geometry), 2, 1);
+
+  end function bank_lines;
+
+  function most_bank_lines (
+    geometry : geometry_t;
+    any_rows : boolean
+  ) return natural is
+
+    variable lines : natural;
+
+  begin
+
+    lines := 0;
+
+    for g in 0 to geometry.micro_image_size - 1 loop
+
+      lines := larger(lines, bank_lines(geometry, any_rows, g, geometry.micro_image_size));
+
+    end loop;
 
     return lines;
 
-  end function bank_lines;
+  end function most_bank_lines;
 
   function phase_words (
     micro_image_size : positive

@@ -98,8 +98,9 @@ architecture rtl of moving_sum_stage is
   signal slice : unsigned(SLICE_BITS - 1 downto 0);
 
   -- Outputs of moving_sum_control.
-  signal ring  : ring_control_t;
-  signal age_3 : natural range 0 to REACHED;
+  signal ring       : ring_control_t;
+  signal age_3      : natural range 0 to REACHED;
+  signal left_age_3 : natural range 0 to REACHED;
 
   -- step_at: the token begins a step; active_at: the filter works on it; from 3 clocks on its effect on the sums,
   -- and its column.
@@ -232,16 +233,17 @@ begin
       FIXED_SLICE => FIXED_SLICE
     )
     port map (
-      clk       => clk,
-      reset     => reset,
-      advance   => step,
-      first     => first,
-      live      => live,
-      slice     => slice,
-      ring      => ring,
-      age_3     => age_3,
-      choice_3  => choice_at(3),
-      command_3 => command_at(3)
+      clk        => clk,
+      reset      => reset,
+      advance    => step,
+      first      => first,
+      live       => live,
+      slice      => slice,
+      ring       => ring,
+      age_3      => age_3,
+      left_age_3 => left_age_3,
+      choice_3   => choice_at(3),
+      command_3  => command_at(3)
     );
 
   step_at(0)   <= step;
@@ -285,6 +287,7 @@ begin
       port map (
         clk      => clk,
         age      => age_3,
+        left_age => left_age_3,
         active   => active_at(ADDRESSED),
         pixel    => pixels_at(ADDRESSED),
         entering => read_enter,

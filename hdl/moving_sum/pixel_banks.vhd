@@ -5,10 +5,11 @@
 --   pixels -> rotation -> banks, read twice -> difference -> bank_exchange -> rotation -> differences
 --
 -- The pixels of a token go to different banks, and so do the pixels that the outputs of a token add (sum_lanes_pkg).
--- The pixels to subtract lie M before, in other banks at a fixed distance. Pixels outside the line count as zero.
+-- The pixels to subtract are those that outputs B before have added, B the box: each bank of a pixel to add has its
+-- bank of the pixel to subtract. Pixels outside the line count as zero.
 --
 -- Latency: 5 clocks from the inputs to the differences, 6 with several slices. Throughput: one token each clock.
--- Equation: difference j = x(e(o + j)) - x(e(o + j) - M), o the first output of the token.
+-- Equation: difference j = x(e(o + j)) - x(e(o + j - B)), o the first output of the token.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -83,10 +84,11 @@ architecture rtl of pixel_banks is
 
   type both_pixels_t is array (ENTER to LEAVE) of pixels_t;
 
-  -- What is read of a bank: the place that reads it, and the row.
+  -- What is read of a bank: the place that reads it, the row, and the pixel to subtract.
   type read_t is record
     place : bank_t;
     row   : distance_t;
+    left  : left_t;
   end record read_t;
 
   type reads_t is array (natural range 0 to BANKS - 1) of read_t;
@@ -114,7 +116,12 @@ architecture rtl of pixel_banks is
       for r in 0 to BANKS - 1 loop
 
         -- This is the inverse of bank_exchange's table: each bank is read for one place only.
-        reads(s)(entering_bank(GEOMETRY, P, s, r)) := (place => r, row => entering_row(GEOMETRY, P, s, r));
+        reads(s)(entering_bank(GEOMETRY, P, s, r)) :=
+        (
+          place => r,
+          row   => entering_row(GEOMETRY, P, s, r),
+          left  => left_pixel(GEOMETRY, P, s, r)
+        );
 
       end loop;
 
@@ -125,6 +132,26 @@ architecture rtl of pixel_banks is
   end function all_reads;
 
   constant READ_OF : reads_of_slices_t := all_reads;
+
+  -- Rows of slice 0, from which the rows of pixels to subtract can be counted before a token has come.
+  function first_distances return distances_t is
+
+    variable distances : distances_t;
+
+  begin
+
+    for b in distances'range loop
+
+      distances(b) := READ_OF(0)(b).row;
+
+    end loop;
+
+    return distances;
+
+  end function first_distances;
+
+  -- With boxes of M alone the pixel to subtract lies M before the one to add, in all slices alike.
+  constant LEFT_SLICES : positive := choose(largest_box(GEOMETRY) = M and not boxes_differ(GEOMETRY), 1, SLICES);
 
   -- Whether a pixel, counted from the outputs, lies in the line: not before its begin, and not behind the last
   -- pixel that has arrived.
@@ -218,7 +245,7 @@ architecture rtl of pixel_banks is
   signal wrapped_2  : flags_t                                    := (others => '0');
   signal row_2      : row_t                                      := (others => '0');
   signal next_row_2 : row_t                                      := (others => '0');
-  signal distance_2 : distances_t                                := (others => HIGHEST);
+  signal distance_2 : distances_t                                := first_distances;
   signal read_row_2 : row_t                                      := (others => '0');
   signal rows_2     : natural range 0 to BUILD.most_rows         := 0;
   signal ahead_2    : natural range 0 to 2 ** BUILD.row_bits - 1 := 0;
@@ -268,7 +295,7 @@ begin
 
     variable distance : distance_t;
     variable read     : read_t;
-    variable bank     : bank_t;
+    variable left     : left_t;
 
   begin
 
@@ -316,20 +343,24 @@ begin
 
       end loop;
 
-      -- Clock 2: the rows, and whether they belong to the line. The leaving pixel lies M pixels before the
-      -- entering one.
+      -- Clock 2: the rows, and whether they belong to the line.
       for b in 0 to BANKS - 1 loop
 
         distance         := distance_2(b);
         rows_3(ENTER)(b) <= moved(read_row_2, distance);
         enters_3(b)      <= in_line(distance, rows_2, ahead_2, b, end_2);
-        -- The pixel M before lies M banks lower; below bank 0 it lies in the row before.
-        bank := (b + BANKS - M) mod BANKS;
-        if b < M then
-          distance := distance - 1;
-        end if;
-        rows_3(LEAVE)(bank) <= moved(read_row_2, distance);
-        leaves_3(b)         <= in_line(distance, rows_2, ahead_2, bank, end_2);
+
+        for s in 0 to LEFT_SLICES - 1 loop
+
+          if LEFT_SLICES = 1 or read_slice_at(2) = s then
+            left     := READ_OF(s)(b).left;
+            distance := distance_2(b) + left.rows;
+
+            rows_3(LEAVE)(left.bank) <= moved(read_row_2, distance);
+            leaves_3(b)              <= in_line(distance, rows_2, ahead_2, left.bank, end_2);
+          end if;
+
+        end loop;
 
       end loop;
 
@@ -341,9 +372,6 @@ begin
 
   -- A bank is written by at most one pixel of a token, and read for at most one output.
   every_bank : for b in 0 to BANKS - 1 generate
-
-    -- Bank whose pixel leaves while this bank's pixel enters.
-    constant LEFT : natural := (b + BANKS - M) mod BANKS;
 
     signal write_row : row_t;
     signal change_5  : difference_t;
@@ -376,6 +404,7 @@ begin
 
     subtract : process (clk) is
 
+      variable left       : pixel_t;
       variable entering   : unsigned(BUILD.pixel_bits - 1 downto 0);
       variable leaving    : unsigned(BUILD.pixel_bits - 1 downto 0);
       variable difference : unsigned(DIFFERENCE_BITS - 1 downto 0);
@@ -383,6 +412,16 @@ begin
     begin
 
       if rising_edge(clk) then
+        left := words_4(LEAVE)(READ_OF(0)(b).left.bank);
+
+        for s in 1 to LEFT_SLICES - 1 loop
+
+          if read_slice_at(4) = s then
+            left := words_4(LEAVE)(READ_OF(s)(b).left.bank);
+          end if;
+
+        end loop;
+
         -- A pixel outside the line counts as zero, whatever the memory still holds there.
         for c in 0 to BUILD.channels - 1 loop
 
@@ -392,7 +431,7 @@ begin
             entering := unsigned(words_4(ENTER)(b)((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits));
           end if;
           if leaves_4(b) = '1' then
-            leaving := unsigned(words_4(LEAVE)(LEFT)((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits));
+            leaving := unsigned(left((c + 1) * BUILD.pixel_bits - 1 downto c * BUILD.pixel_bits));
           end if;
           -- Differences are in two's complement, so the prefix sums need no signs.
           difference := resize(entering, DIFFERENCE_BITS) - resize(leaving, DIFFERENCE_BITS);

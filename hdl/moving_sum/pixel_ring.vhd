@@ -4,7 +4,7 @@
 -- The ring of words is read twice. Every token is a step, so ages count back from the place that is written.
 --
 -- Latency: 4 clocks from an age to its pixels. Throughput: one token each clock.
--- Equation: entering = the token `age` before the newest, leaving = the token `age` + M before.
+-- Equation: entering = the token `age` before the newest, leaving = the token `left_age` before.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -25,12 +25,13 @@ entity pixel_ring is
   );
   port (
     clk : in    std_logic;
-    -- Age of the pixel that enters, 2 clocks ahead of the token.
-    age : in    natural range 0 to reach(GEOMETRY);
+    -- Ages of the pixels that enter and leave, 2 clocks ahead of the token.
+    age      : in    natural range 0 to reach(GEOMETRY);
+    left_age : in    natural range 0 to reach(GEOMETRY);
     -- active: there is a token; its pixels.
     active : in    std_logic;
     pixel  : in    std_logic_vector(WIDTH - 1 downto 0);
-    -- 2 clocks behind the token: the pixels of that age, and the pixels of M tokens before.
+    -- 2 clocks behind the token: the pixels of these ages.
     entering : out   std_logic_vector(WIDTH - 1 downto 0);
     leaving  : out   std_logic_vector(WIDTH - 1 downto 0)
   );
@@ -39,7 +40,6 @@ end entity pixel_ring;
 architecture rtl of pixel_ring is
 
   -- The ring has a power of two of words, so that addresses wrap round.
-  constant M            : positive := GEOMETRY.micro_image_size;
   constant REACHED      : positive := reach(GEOMETRY);
   constant ADDRESS_BITS : positive := bits_for(REACHED);
 
@@ -57,6 +57,7 @@ architecture rtl of pixel_ring is
   signal read_address  : addresses_t := (others => (others => '0'));
   signal words         : words_t;
   signal age_at        : natural range 0 to REACHED;
+  signal left_age_at   : natural range 0 to REACHED;
 
 begin
 
@@ -65,15 +66,16 @@ begin
 
     if rising_edge(clk) then
       -- The age comes from a comparison, so it is registered before it is used.
-      age_at <= age;
+      age_at      <= age;
+      left_age_at <= left_age;
       if active = '1' then
         write_address       <= write_address + 1;
         read_address(ENTER) <= write_address + 1 - to_unsigned(age_at, ADDRESS_BITS);
-        read_address(LEAVE) <= write_address + 1 - to_unsigned((age_at + M) mod 2 ** ADDRESS_BITS, ADDRESS_BITS);
+        read_address(LEAVE) <= write_address + 1 - to_unsigned(left_age_at, ADDRESS_BITS);
       else
         -- Without a token the newest place and the addresses to read stay.
         read_address(ENTER) <= write_address - to_unsigned(age_at, ADDRESS_BITS);
-        read_address(LEAVE) <= write_address - to_unsigned((age_at + M) mod 2 ** ADDRESS_BITS, ADDRESS_BITS);
+        read_address(LEAVE) <= write_address - to_unsigned(left_age_at, ADDRESS_BITS);
       end if;
     end if;
 

@@ -70,6 +70,20 @@ package sum_lanes_pkg is
     place    : natural
   ) return integer;
 
+  -- The pixel that leaves with the outputs of a place: its bank, and its row counted from the row of the pixel that
+  -- enters.
+  type left_t is record
+    bank : natural;
+    rows : integer;
+  end record left_t;
+
+  function left_pixel (
+    geometry : geometry_t;
+    pixels   : positive;
+    slice    : natural;
+    place    : natural
+  ) return left_t;
+
   -- The least and the largest row among all slices.
   function row_range (
     geometry : geometry_t;
@@ -175,7 +189,7 @@ package body sum_lanes_pkg is
   function entering_index (
     geometry : geometry_t;
     slice    : natural;
-    place    : natural
+    place    : integer
   ) return integer is
   begin
 
@@ -207,6 +221,30 @@ package body sum_lanes_pkg is
                          bank_count(geometry.micro_image_size, pixels));
 
   end function entering_row;
+
+  function left_pixel (
+    geometry : geometry_t;
+    pixels   : positive;
+    slice    : natural;
+    place    : natural
+  ) return left_t is
+
+    constant BANKS : positive := bank_count(geometry.micro_image_size, pixels);
+
+    variable index : integer;
+
+  begin
+
+    -- The pixel that entered with the output B before.
+    index := entering_index(geometry, slice, place - geometry.boxes(slice));
+
+    return
+    (
+      bank => index mod BANKS,
+      rows => floor_divided(index, BANKS) - entering_row(geometry, pixels, slice, place)
+    );
+
+  end function left_pixel;
 
   function row_range (
     geometry : geometry_t;
@@ -263,7 +301,7 @@ package body sum_lanes_pkg is
               geometry.output_delay;
 
     -- The pixel has entered by the line's first output and has not left again.
-    return output <= last and output > last - geometry.micro_image_size;
+    return output <= last and output > last - geometry.boxes(slice);
 
   end function is_ahead;
 

@@ -50,9 +50,9 @@ package body sum_plan_pkg is
 
   begin
 
-    -- Pixels need two banks if they leave. Running and first sums are always kept; results too if outputs are
-    -- held, and held first sums if a line begins within a group.
-    lines := bank_lines(geometry, any_rows, geometry.micro_image_size) * choose(pixels_leave(geometry), 2, 1);
+    -- Running and first sums are always kept; results too if outputs are held, and held first sums if a line begins
+    -- within a group.
+    lines := kept_lines(geometry, any_rows);
     sums  := 2 + choose(holds_outputs(geometry), 1, 0) + choose(begins_within_group(geometry), 1, 0);
 
     return lines * bits_for(product_max(arithmetic, stage)) +

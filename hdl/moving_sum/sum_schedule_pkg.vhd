@@ -1,14 +1,15 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The refocusing operator of one dimension as a re-ordering and a moving sum.
 --
--- Pixel i = M j + v (phase v) contributes to the M outputs from J = i + v (s-1) on, J a multiple of
+-- Pixel i = M j + v (phase v) contributes to the B outputs from J = i + v (s-1) on, J a multiple of
 -- g = gcd(s, M). The g pixels with the same J get places of their own, p = J + r with r = 0..g-1 by
 -- phase; that makes i -> p a re-ordering, with no place left out or taken twice. Then
 --
---   S(J + r) = sum of the pixels at the M places up to J + g - 1,
+--   S(J + r) = sum of the pixels at the B places up to J + g - 1, B the box, a multiple of g,
 --
 -- so S changes only at multiples of g, and from one such place to the next g pixels enter the sum and
 -- g leave it: one enters and one leaves at each step, each at an age that depends on its phase alone.
+-- The pixel that leaves is the one that entered B steps before.
 --
 -- At step t the output is k = t - output_delay (refocus_pkg), and the newest place in the sum is k + centre_offset +
 -- g - 1, so a group's sum is complete when the group begins. The age of a pixel counts steps since it came. All
@@ -36,27 +37,40 @@ package sum_schedule_pkg is
     output_phase : natural
   ) return natural;
 
-  -- Age at which pixels of a phase enter the sum; they leave M steps later.
+  -- Age at which pixels of a phase enter the sum.
   function entering_age (
     geometry : geometry_t;
     slice    : natural;
     phase    : natural
   ) return natural;
 
-  -- Largest age at which a pixel of this phase enters in any slice.
-  function oldest_entering (
+  -- Phase of the pixel that leaves, as entering_phase; and the age at which pixels of a phase leave, B steps after they
+  -- entered.
+  function leaving_phase (
+    geometry     : geometry_t;
+    slice        : natural;
+    output_phase : natural
+  ) return natural;
+
+  function leaving_age (
+    geometry : geometry_t;
+    slice    : natural;
+    phase    : natural
+  ) return natural;
+
+  -- Largest age at which a pixel of this phase enters or leaves in any slice.
+  function oldest (
     geometry : geometry_t;
     phase    : natural
   ) return natural;
 
-  -- The largest age at which a pixel is needed.
+  -- The largest age of a pixel in a sum.
   function reach (
     geometry : geometry_t
   ) return positive;
 
-  -- Index in its line of the phase's pixel that is in the sum with output 0, or -1 for none. With held: in the sum
-  -- that output 0 shows; else in the sum that goes on from there. The two differ if the line begins within a
-  -- group.
+  -- Index in its line of the phase's pixel that entered last with output 0, or -1 for none. With held output 0 counts
+  -- as the first of its group. The two differ if the line begins within a group.
   function initial_index (
     geometry : geometry_t;
     slice    : natural;
@@ -64,8 +78,8 @@ package sum_schedule_pkg is
     held     : boolean
   ) return integer;
 
-  -- Whether the pixel of initial_index is added to the first sum. Where each group begins a new sum, the sum that
-  -- goes on from output 0 has no pixels of the group before.
+  -- Whether the pixel of initial_index is added to the first sum: with held to the one that output 0 shows, else to the
+  -- one that goes on from there. Where each group begins a new sum, the latter has no pixels of the group before.
   function is_initial (
     geometry : geometry_t;
     slice    : natural;
@@ -85,8 +99,13 @@ package sum_schedule_pkg is
     geometry : geometry_t
   ) return boolean;
 
-  -- Whether pixels leave sums. No pixel does if each group of all slices begins a new sum (g = M).
+  -- Whether pixels leave sums. No pixel does if each group of all slices begins a new sum (g = B).
   function pixels_leave (
+    geometry : geometry_t
+  ) return boolean;
+
+  -- Whether pixels enter and leave that are of the same phase, M steps apart: those of a box of M.
+  function alternates (
     geometry : geometry_t
   ) return boolean;
 
@@ -192,46 +211,72 @@ package body sum_schedule_pkg is
 
   end function entering_age;
 
-  function oldest_entering (
+  function leaving_phase (
+    geometry     : geometry_t;
+    slice        : natural;
+    output_phase : natural
+  ) return natural is
+  begin
+
+    return entering_phase(geometry, slice, (output_phase - geometry.boxes(slice)) mod geometry.micro_image_size);
+
+  end function leaving_phase;
+
+  function leaving_age (
+    geometry : geometry_t;
+    slice    : natural;
+    phase    : natural
+  ) return natural is
+  begin
+
+    return entering_age(geometry, slice, phase) + geometry.boxes(slice);
+
+  end function leaving_age;
+
+  function oldest (
     geometry : geometry_t;
     phase    : natural
   ) return natural is
 
-    variable oldest : natural;
+    variable age : natural;
 
   begin
 
-    oldest := 0;
+    age := 0;
 
     for i in 0 to geometry.slices - 1 loop
 
       -- One memory serves all slices, so it keeps a pixel for the slice that needs it longest.
-      oldest := larger(oldest, entering_age(geometry, i, phase));
+      age := larger(age, choose(pixels_leave(geometry), leaving_age(geometry, i, phase),
+                                entering_age(geometry, i, phase)));
 
     end loop;
 
-    return oldest;
+    return age;
 
-  end function oldest_entering;
+  end function oldest;
 
   function reach (
     geometry : geometry_t
   ) return positive is
 
-    variable oldest : natural;
+    variable age : positive;
 
   begin
 
-    -- A pixel stays in the sum for M steps, so the oldest one read has the largest entering age plus M.
-    oldest := 0;
+    age := 1;
 
-    for v in 0 to geometry.micro_image_size - 1 loop
+    for i in 0 to geometry.slices - 1 loop
 
-      oldest := larger(oldest, oldest_entering(geometry, v));
+      for v in 0 to geometry.micro_image_size - 1 loop
+
+        age := larger(age, leaving_age(geometry, i, v));
+
+      end loop;
 
     end loop;
 
-    return oldest + geometry.micro_image_size;
+    return age;
 
   end function reach;
 
@@ -287,16 +332,24 @@ package body sum_schedule_pkg is
 
     index := initial_index(geometry, slice, phase, held);
 
-    if index < 0 or held or pixels_leave(geometry) then
-      return index >= 0;
+    if index < 0 then
+      return false;
     end if;
 
     equal := group_size(geometry, slice);
-    -- The pixel's place, and the first place of output 0's group: if no pixel leaves, a sum holds the pixels of
-    -- its own group only.
+    -- The pixel's place, and the newest place in the sum.
     place := index + phase * (geometry.shifts(slice) - 1) + place_in_group(geometry, slice, phase);
     last  := centre_offset(geometry, slice) + equal - 1;
 
+    if held then
+      last := last - centre_offset(geometry, slice) mod equal;
+    end if;
+
+    if held or pixels_leave(geometry) then
+      return place > last - geometry.boxes(slice);
+    end if;
+
+    -- If no pixel leaves, a sum holds the pixels of its own group only.
     return place >= last - last mod equal;
 
   end function is_initial;
@@ -337,8 +390,8 @@ package body sum_schedule_pkg is
 
     for i in 0 to geometry.slices - 1 loop
 
-      -- With g = M each group is one micro image: its sum begins at 0, and no pixel has to leave.
-      if group_size(geometry, i) /= geometry.micro_image_size then
+      -- With g = B each group is one box: its sum begins at 0, and no pixel has to leave.
+      if group_size(geometry, i) /= geometry.boxes(i) then
         return true;
       end if;
 
@@ -347,6 +400,15 @@ package body sum_schedule_pkg is
     return false;
 
   end function pixels_leave;
+
+  function alternates (
+    geometry : geometry_t
+  ) return boolean is
+  begin
+
+    return pixels_leave(geometry) and largest_box(geometry) = geometry.micro_image_size;
+
+  end function alternates;
 
   function begins_within_group (
     geometry : geometry_t

@@ -139,16 +139,6 @@ package body refocuser_pkg is
 
   end function engine_plan;
 
-  -- Whether all slices have a box of M.
-  function all_boxes_whole (
-    geometry : geometry_t
-  ) return boolean is
-  begin
-
-    return largest_box(geometry) = geometry.micro_image_size and not boxes_differ(geometry);
-
-  end function all_boxes_whole;
-
   -- Stops elaboration if the core cannot be built: what the engine cannot do at all, sizes, the content of its
   -- memories, in this order. Each message names what to change.
   function takes_core (
@@ -212,14 +202,6 @@ package body refocuser_pkg is
     -- The sharpener limits and rounds sums for one divisor.
     assert not core.sharpens or not boxes_differ(core.geometry)
       report name & ": BOX must be the same for all slices with SHARPENING"
-      severity failure;
-
-    assert core.engine = fir or all_boxes_whole(core.geometry)
-      report name & ": BOX below MICRO_IMAGE_SIZE needs the ENGINE fir"
-      severity failure;
-
-    assert not core.normalised or all_boxes_whole(core.geometry)
-      report name & ": BOX below MICRO_IMAGE_SIZE cannot be combined with BORDER_NORMALISED"
       severity failure;
 
     -- Guard bits are the highest of the fraction bits, so there cannot be more of them.

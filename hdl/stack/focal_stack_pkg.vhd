@@ -24,12 +24,11 @@ package focal_stack_pkg is
     core : core_t
   ) return plan_t;
 
-  -- Place, among the lines of its phase, of the pixel that enters the sum of a slice: 0 is the newest in
-  -- memory, -1 the line that is just coming in. The pixel that leaves lies one place further.
+  -- Place, among the lines of its phase, of a pixel of this age: 0 is the newest in memory, -1 the line that is just
+  -- coming in.
   function history_place (
     geometry : geometry_t;
-    slice    : natural;
-    phase    : natural
+    age      : natural
   ) return integer;
 
   -- Lines of a phase that are kept for all slices.
@@ -52,8 +51,8 @@ package focal_stack_pkg is
 
   -- Width of one sum of a slice over columns.
   function column_sum_bits (
-    micro_image_size : positive;
-    lane_bits        : positive
+    geometry  : geometry_t;
+    lane_bits : positive
   ) return positive;
 
   -- Width of the column sums of all slices, for a whole token.
@@ -78,13 +77,12 @@ package body focal_stack_pkg is
 
   function history_place (
     geometry : geometry_t;
-    slice    : natural;
-    phase    : natural
+    age      : natural
   ) return integer is
   begin
 
     -- Lines of a phase are M apart, so one place is M steps of age.
-    return divide_up(entering_age(geometry, slice, phase), geometry.micro_image_size) - 1;
+    return divide_up(age, geometry.micro_image_size) - 1;
 
   end function history_place;
 
@@ -92,20 +90,10 @@ package body focal_stack_pkg is
     geometry : geometry_t;
     phase    : natural
   ) return natural is
-
-    variable lines : natural;
-
   begin
 
     -- Lines of a phase are M apart; the one that has just come is not in the memory yet.
-    lines := divide_up(oldest_entering(geometry, phase), geometry.micro_image_size);
-
-    -- The leaving line is M lines older than the entering one: the next of its phase.
-    if pixels_leave(geometry) then
-      lines := lines + 1;
-    end if;
-
-    return lines;
+    return divide_up(oldest(geometry, phase), geometry.micro_image_size);
 
   end function history_lines;
 
@@ -143,13 +131,13 @@ package body focal_stack_pkg is
   end function history_word_bits;
 
   function column_sum_bits (
-    micro_image_size : positive;
-    lane_bits        : positive
+    geometry  : geometry_t;
+    lane_bits : positive
   ) return positive is
   begin
 
-    -- The sum of M white pixels.
-    return bits_for(micro_image_size * (2 ** lane_bits - 1));
+    -- The sum of a box of white pixels.
+    return bits_for(largest_box(geometry) * (2 ** lane_bits - 1));
 
   end function column_sum_bits;
 
@@ -160,7 +148,7 @@ package body focal_stack_pkg is
   ) return positive is
   begin
 
-    return geometry.slices * lanes * column_sum_bits(geometry.micro_image_size, lane_bits);
+    return geometry.slices * lanes * column_sum_bits(geometry, lane_bits);
 
   end function stack_sum_bits;
 
@@ -212,7 +200,7 @@ package body focal_stack_pkg is
 
     end loop;
 
-    return history_base(core.geometry, M) * PIXEL_BITS + sums * column_sum_bits(M, PIXEL_BITS);
+    return history_base(core.geometry, M) * PIXEL_BITS + sums * column_sum_bits(core.geometry, PIXEL_BITS);
 
   end function memory_bits;
 

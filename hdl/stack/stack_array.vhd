@@ -74,14 +74,14 @@ architecture rtl of stack_array is
   end component lane_stage;
 
   constant GEOMETRY   : geometry_t := CORE.geometry;
-  constant M          : positive   := GEOMETRY.micro_image_size;
   constant P          : positive   := CORE.pixels;
   constant CHANNELS   : positive   := CORE.channels;
   constant PIXEL_BITS : positive   := CORE.arithmetic.pixel_bits;
   constant LANES      : positive   := P * CHANNELS;
   constant SLICES     : positive   := GEOMETRY.slices;
-  constant COLUMN_MAX : positive   := M * (2 ** PIXEL_BITS - 1);
-  constant SIZES      : pass_t     := exact_pass(COLUMN_MAX, M);
+  constant BOX        : positive   := CORE.arithmetic.box;
+  constant COLUMN_MAX : positive   := BOX * (2 ** PIXEL_BITS - 1);
+  constant SIZES      : pass_t     := exact_pass(COLUMN_MAX, BOX);
 
   -- Widths of a column sum and of a sum over columns and rows of one channel; WIDE_BITS: the column sums of a slice for
   -- a whole token.

@@ -51,7 +51,7 @@ architecture rtl of stack_columns is
   constant M            : positive := GEOMETRY.micro_image_size;
   constant SLICES       : positive := GEOMETRY.slices;
   constant PIXEL_BITS   : positive := LANES * LANE_BITS;
-  constant SUM_BITS     : positive := column_sum_bits(M, LANE_BITS);
+  constant SUM_BITS     : positive := column_sum_bits(GEOMETRY, LANE_BITS);
   constant SUMS_BITS    : positive := LANES * SUM_BITS;
   constant COLUMN_BITS  : positive := bits_for(COLUMNS - 1);
   constant HISTORY_BITS : positive := history_word_bits(GEOMETRY, PIXEL_BITS);
@@ -68,10 +68,11 @@ architecture rtl of stack_columns is
 
   constant NO_SLICE : unsigned(bits_for(SLICES - 1) - 1 downto 0) := (others => '0');
 
-  -- enters_at: place of a phase's entering pixel in the shift register of the phase (-1 for the line that is just
-  -- coming in); base: place of that register in the word.
+  -- enters_at, leaves_at: places of a phase's entering and leaving pixel in the shift register of the phase (-1 for the
+  -- line that is just coming in); base: place of that register in the word.
   type history_t is record
     enters_at : integer;
+    leaves_at : integer;
     base      : natural;
   end record history_t;
 
@@ -88,7 +89,12 @@ architecture rtl of stack_columns is
     -- The phase alone decides which pixel enters: a multiplexer with M fixed inputs, no address.
     for v in 0 to M - 1 loop
 
-      histories(v) := (enters_at => history_place(GEOMETRY, slice, v), base => history_base(GEOMETRY, v));
+      histories(v) :=
+      (
+        enters_at => history_place(GEOMETRY, entering_age(GEOMETRY, slice, v)),
+        leaves_at => history_place(GEOMETRY, leaving_age(GEOMETRY, slice, v)),
+        base      => history_base(GEOMETRY, v)
+      );
 
     end loop;
 
@@ -96,22 +102,22 @@ architecture rtl of stack_columns is
 
   end function all_histories;
 
-  -- The phase's pixel that enters, or the one `later` places behind it; zero if the memory does not hold it yet.
+  -- The pixel at a place of the shift register that begins at `base`; zero if the memory does not hold it yet.
   function pixel_in (
-    words   : std_logic_vector;
-    history : history_t;
-    later   : natural
+    words : std_logic_vector;
+    base  : natural;
+    place : integer
   ) return pixel_t is
 
     variable low : natural;
 
   begin
 
-    if history.enters_at + later < 0 then
+    if place < 0 then
       return (others => '0');
     end if;
 
-    low := (history.base + history.enters_at + later) * PIXEL_BITS;
+    low := (base + place) * PIXEL_BITS;
 
     return words(low + PIXEL_BITS - 1 downto low);
 
@@ -185,6 +191,7 @@ begin
 
     signal ring          : ring_control_t;
     signal enter_phase_3 : phase_t       := 0;
+    signal leave_phase_3 : phase_t       := 0;
     signal choice_3      : pixel_choice_t;
     signal command_3     : sum_command_t;
     signal command_4     : sum_command_t := NO_COMMAND;
@@ -216,10 +223,14 @@ begin
       );
 
     pick : process (clk) is
+
+      variable leaves : boolean;
+
     begin
 
       if rising_edge(clk) then
         enter_phase_3 <= ring.enter_phase_2;
+        leave_phase_3 <= ring.leave_phase_2;
 
         active_4   <= active_at(3);
         command_4  <= command_3;
@@ -230,14 +241,17 @@ begin
         -- The loop compares with each phase: its pixels are at fixed places of the word, so no address is computed.
         for v in 0 to M - 1 loop
 
-          if enter_phase_3 = v then
-            if choice_3.enter = '1' then
-              entering_4 <= pixel_in(history_3, HISTORY_OF(v), 0);
-            end if;
-            -- If no pixel ever leaves, the memory does not hold the place.
-            if choice_3.leave = '1' and pixels_leave(GEOMETRY) then
-              leaving_4 <= pixel_in(history_3, HISTORY_OF(v), 1);
-            end if;
+          if choice_3.enter = '1' and enter_phase_3 = v then
+            entering_4 <= pixel_in(history_3, HISTORY_OF(v).base, HISTORY_OF(v).enters_at);
+          end if;
+          -- If no pixel ever leaves, the memory does not hold the place. With a box of M the phase is the one that
+          -- enters.
+          leaves := leave_phase_3 = v;
+          if GEOMETRY.boxes(s) = M then
+            leaves := enter_phase_3 = v;
+          end if;
+          if choice_3.leave = '1' and leaves and pixels_leave(GEOMETRY) then
+            leaving_4 <= pixel_in(history_3, HISTORY_OF(v).base, HISTORY_OF(v).leaves_at);
           end if;
 
         end loop;

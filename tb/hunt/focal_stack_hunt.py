@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from hunt.raster_refocuser_hunt import delay
+from hunt.raster_refocuser_hunt import delay, draw_box
 from hunt.references.focal_stack import stack
 
 ENTITY = "focal_stack"
 FAULTS = [
     ("focal_stack_pkg.vhd", "plan.keeps_modulus := true;", "plan.keeps_modulus := false;"),
-    ("stack_columns.vhd", "GEOMETRY, slice, v)", "GEOMETRY, 0, v)"),
+    ("stack_columns.vhd", "entering_age(GEOMETRY, slice, v)", "entering_age(GEOMETRY, 0, v)"),
     # Lines of one pixel.
     ("focal_stack_pkg.vhd", "plan.row_tokens + 1);", "1);", 209853),
     ("border_weights.vhd", "choose(SLICES > 1, s, - 1)", "choose(SLICES > 1, 0, - 1)"),
@@ -26,6 +26,7 @@ def draw(rng: random.Random) -> dict[str, Any]:
     generics = {
         "MICRO_IMAGE_SIZE": m,
         "SHIFTS": " ".join(map(str, shifts)),
+        "BOX": draw_box(rng, m, shifts, one=False),
         "CENTRED": rng.random() < 0.8,
         "MAX_COLUMNS": rng.randint(1, 3 * m + 8),
         "CHANNELS": rng.choice([1, 1, 3]),

@@ -67,8 +67,7 @@ def _draw(rng: random.Random) -> dict[str, Any]:
         sharpening = " ".join(str(rng.choice([0, 1, 4, 16])) for _ in shifts)
     sharpens = any(map(int, sharpening.split()))
     plain = exact and parallel == 1 and not sharpens
-    box = draw_box(rng, m, shifts, one=not exact or sharpens) if engine == "fir" else ""
-    whole = all(int(number) == m for number in box.split())
+    box = draw_box(rng, m, shifts, one=not exact or sharpens)
     guard = 0 if exact else rng.randint(0, 4)
     return {
         "MICRO_IMAGE_SIZE": m,
@@ -89,7 +88,7 @@ def _draw(rng: random.Random) -> dict[str, Any]:
         "ANY_ROWS": engine == "moving_sum" and rng.random() < 0.5,
         "SHARPENING": sharpening,
         "BOX": box,
-        "BORDER_NORMALISED": plain and whole and rng.random() < 0.3,
+        "BORDER_NORMALISED": plain and rng.random() < 0.3,
         "BROADCAST_TAPS": rng.choice([0, 0, 1, 3]) if engine == "fir" else 0,
     }
 

@@ -19,13 +19,14 @@ entity moving_sum_schedule is
   generic (
     MICRO_IMAGE_SIZE : positive := 3;
     SHIFTS           : string   := "1";
-    CENTRED          : boolean  := true
+    CENTRED          : boolean  := true;
+    BOX              : string   := ""
   );
 end entity moving_sum_schedule;
 
 architecture bench of moving_sum_schedule is
 
-  constant GEOMETRY : geometry_t := geometry_of("moving_sum_schedule", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant GEOMETRY : geometry_t := geometry_of("moving_sum_schedule", MICRO_IMAGE_SIZE, SHIFTS, CENTRED, BOX);
 
   -- The plan of a core of these passes and pixels a token.
   function plan_with (
@@ -135,6 +136,8 @@ begin
 
           put("entering_bank", p, s, r, entering_bank(GEOMETRY, p, s, r));
           put("entering_row", p, s, r, entering_row(GEOMETRY, p, s, r));
+          put("left_bank", p, s, r, left_pixel(GEOMETRY, p, s, r).bank);
+          put("left_rows", p, s, r, left_pixel(GEOMETRY, p, s, r).rows);
 
         end loop;
 
@@ -161,6 +164,7 @@ begin
     put("reach", reach(GEOMETRY));
     put("holds_outputs", boolean'pos(holds_outputs(GEOMETRY)));
     put("pixels_leave", boolean'pos(pixels_leave(GEOMETRY)));
+    put("alternates", boolean'pos(alternates(GEOMETRY)));
     put("begins_within_group", boolean'pos(begins_within_group(GEOMETRY)));
 
     -- The least, a middle and the largest number of pixels a token.
@@ -173,6 +177,12 @@ begin
       for v in 0 to M - 1 loop
 
         put("ring_lines", boolean'pos(any_rows), v, ring_lines(GEOMETRY, any_rows, v));
+
+      end loop;
+
+      for g in 0 to group_count(GEOMETRY) - 1 loop
+
+        put("bank_lines", boolean'pos(any_rows), g, bank_lines(GEOMETRY, any_rows, g, M));
 
       end loop;
 
@@ -194,6 +204,12 @@ begin
 
     end loop;
 
+    for v in 0 to M - 1 loop
+
+      put("bank_group", v, bank_groups(GEOMETRY)(v));
+
+    end loop;
+
     -- Of each slice, by phase; `held` as in initial_index.
     for s in 0 to GEOMETRY.slices - 1 loop
 
@@ -203,6 +219,8 @@ begin
 
         put("entering_phase", s, v, entering_phase(GEOMETRY, s, v));
         put("entering_age", s, v, entering_age(GEOMETRY, s, v));
+        put("leaving_phase", s, v, leaving_phase(GEOMETRY, s, v));
+        put("leaving_age", s, v, leaving_age(GEOMETRY, s, v));
         put("begins_group", s, v, boolean'pos(begins_group(GEOMETRY, s, v)));
 
         for held in boolean loop

@@ -79,6 +79,11 @@ SETS: list[dict] = [
     {"micro_image_size": 4, "shifts": (4, 2), "align": "causal"},
     {"micro_image_size": 7, "shifts": (-2,), "arithmetic": STORED_VARIANTS[2]},
     {"micro_image_size": 3, "shifts": (1, -4), "arithmetic": STORED_VARIANTS[1], "order": 1},
+    # Boxes: of each slice, one of M among them; with interpolation; of products; a group of views.
+    {"micro_image_size": 4, "shifts": (2, -1, 3, 4), "boxes": (2, 3, 1, 4), "channels": 3},
+    {"micro_image_size": 3, "shifts": (-2, 4), "boxes": (1, 2), "order": 1, "any_rows": True},
+    {"micro_image_size": 5, "shifts": (3,), "boxes": (3,), "arithmetic": STORED_VARIANTS[2]},
+    {"micro_image_size": 4, "shifts": (2, -6), "boxes": (2, 2), "border": "normalise"},
 ]
 
 
@@ -90,6 +95,7 @@ def test_sets_stalls_and_faults(part: int) -> None:
 
 # Several pixels a clock: lines that fill their last token, and others.
 LANES: list[dict] = [
+    {"micro_image_size": 6, "shifts": (2, 3), "boxes": (4, 3), "pixels": 4, "spare": 1},
     {"micro_image_size": 3, "shifts": (2, 3), "pixels": 4, "spare": 3},
     {"micro_image_size": 2, "shifts": (2,), "pixels": 8, "spare": 1, "sharpening": (5,)},
     {"micro_image_size": 5, "shifts": (-5, -3, 4), "channels": 3, "pixels": 8, "any_rows": True},
@@ -111,7 +117,7 @@ LANES: list[dict] = [
     "part",
     [
         slice(0, 2),
-        *(pytest.param(slice(n, n + 2), marks=pytest.mark.slow) for n in range(2, 12, 2)),
+        *(pytest.param(slice(n, n + 2), marks=pytest.mark.slow) for n in range(2, 16, 2)),
     ],
 )
 def test_lanes_stalls_and_faults(part: slice) -> None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The schedule of moving sums in VHDL (sum_schedule_pkg) and Python (SumLayout), side by side."""
 
+import math
 import random
 from collections.abc import Iterator
 from pathlib import Path
@@ -44,24 +45,30 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Simulator, Path]:
     return simulator, folder
 
 
-def schedule(m: int, shifts: tuple[int, ...], align: Align) -> Iterator[tuple[str, int]]:
+def schedule(
+    m: int, shifts: tuple[int, ...], align: Align, boxes: tuple[int, ...]
+) -> Iterator[tuple[str, int]]:
     """Yield the lines that the bench should write, from SumLayout and CoreConfiguration."""
-    layout = SumLayout(m, shifts, align)
+    layout = SumLayout(m, shifts, align, boxes=boxes)
 
     def core(*, any_rows: bool = False, **options: object) -> CoreConfiguration:
         engine = MovingSumEngine(any_rows=any_rows)
-        values = {"micro_image_size": m, "shifts": shifts, "align": align, "engine": engine}
+        values = {"micro_image_size": m, "shifts": shifts, "boxes": boxes, "align": align}
+        values["engine"] = engine
         return CoreConfiguration.model_validate({**values, "max_columns": 64, **options})
 
     yield "output_delay", layout.delay
     yield "reach", layout.reach
     yield "holds_outputs", layout.holds_outputs
     yield "pixels_leave", layout.pixels_leave
+    yield "alternates", layout.alternates
     yield "begins_within_group", layout.begins_within_group
     for any_rows in (False, True):
-        rings = SumLayout(m, shifts, align, any_rows).ring_lines
+        columns = SumLayout(m, shifts, align, any_rows, boxes)
         for v in range(m):
-            yield f"ring_lines {any_rows:d} {v}", rings[v]
+            yield f"ring_lines {any_rows:d} {v}", columns.ring_lines[v]
+        for g, lines in enumerate(columns.bank_lines[:: 1 + layout.alternates]):
+            yield f"bank_lines {any_rows:d} {g}", lines
         for order in (0, 1):
             # Where rows are a multiple of M it is that of the sequencer's MIN_BANDS.
             lines = core(order=order, any_rows=True).frame_lines(1)
@@ -92,15 +99,22 @@ def schedule(m: int, shifts: tuple[int, ...], align: Align) -> Iterator[tuple[st
             for place in places:
                 yield f"entering_bank {p} {s} {place}", lanes.bank(s, place)
                 yield f"entering_row {p} {s} {place}", lanes.row(s, place)
+                left = place - layout.box(s)
+                yield f"left_bank {p} {s} {place}", lanes.bank(s, left)
+                rows_back = lanes.row(s, left) - lanes.row(s, place)
+                yield f"left_rows {p} {s} {place}", rows_back
             for index in range(p):
                 for held in (False, True):
                     name = f"is_ahead {p} {s} {index} {held:d}"
                     yield name, lanes.is_initial(s, index, held=held)
+    yield from ((f"bank_group {v}", group) for v, group in enumerate(layout.bank_groups))
     for s in range(len(shifts)):
         yield f"group_size {s}", layout.group_size(s)
         for v in range(m):
             yield f"entering_phase {s} {v}", layout.entering_phase(s, v)
             yield f"entering_age {s} {v}", layout.entering_age(s, v)
+            yield f"leaving_phase {s} {v}", layout.leaving_phase(s, v)
+            yield f"leaving_age {s} {v}", layout.leaving_age(s, v)
             yield f"begins_group {s} {v}", layout.begins_group(s, v)
             for held in (False, True):
                 index = layout.initial_index(s, v, held=held)
@@ -118,17 +132,22 @@ def test_vhdl_and_python_have_one_schedule(built: tuple[Simulator, Path]) -> Non
         (m, tuple(rng.sample(range(-3 * m, 3 * m + 2), rng.randint(1, 4))))
         for m in rng.choices(range(1, 17), k=14)
     ]
-    for m, shifts in cases:
+    for number, (m, shifts) in enumerate(cases):
+        boxes: tuple[int, ...] = ()
+        if number % 2:
+            steps = (math.gcd(shift, m) for shift in shifts)
+            boxes = tuple(step * rng.randint(1, m // step) for step in steps)
         aligns: tuple[Align, ...] = ("centred", "causal")
         for align in aligns:
             generics: dict[str, int | bool | str] = {
                 "MICRO_IMAGE_SIZE": m,
                 "SHIFTS": " ".join(map(str, shifts)),
                 "CENTRED": align == "centred",
+                "BOX": " ".join(map(str, boxes)) or " ",
             }
             simulator.run(simulator.run_command(TOP, generics), folder)
             lines = (folder / "schedule.txt").read_text().splitlines()
             got = {name: int(value) for name, value in (line.rsplit(" ", 1) for line in lines)}
-            want = {name: int(value) for name, value in schedule(m, shifts, align)}
+            want = {name: int(value) for name, value in schedule(m, shifts, align, boxes)}
             wrong = {k: (got.get(k), want.get(k)) for k in got | want if got.get(k) != want.get(k)}
-            assert not wrong, f"M = {m}, {shifts}, {align}, VHDL and Python: {wrong}"
+            assert not wrong, f"M = {m}, {shifts}, {boxes}, {align}, VHDL and Python: {wrong}"

@@ -44,6 +44,10 @@ STACKS: list[dict] = [
     {"micro_image_size": 3, "shifts": (0, 2, -1), "channels": 3, "pixels": 4},
     # None that holds outputs, which would take a clock more.
     {"micro_image_size": 3, "shifts": (2, -1), "pixels": 2},
+    # A box of each slice.
+    {"micro_image_size": 5, "shifts": (3, -3, 0), "boxes": (2, 4, 5)},
+    {"micro_image_size": 4, "shifts": (2, -3, 1), "boxes": (2, 1, 3), "pixels": 4},
+    {"micro_image_size": 3, "shifts": (1, -2), "boxes": (1, 2), "border": "normalise"},
 ]
 MORE_STACKS: list[dict] = [
     {"micro_image_size": 3, "shifts": (3, 0, -3, 1), "channels": 3},

@@ -134,8 +134,7 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
             f"sharpening, {2 * core.micro_image_size} lines of sums",
             core.model_copy(update={"sharpening": weights}),
         )
-    normalisable = core.exact and core.parallel_rows == 1 and not core.smaller_box
-    if normalisable and not core.sharpens and not core.normalises:
+    if core.exact and core.parallel_rows == 1 and not core.sharpens and not core.normalises:
         yield _BORDER, core.model_copy(update={"border": "normalise"})
     if core.order == 0:
         yield "linear interpolation", core.model_copy(update={"order": 1})

@@ -23,19 +23,19 @@ class StackLayout(SumLayout):
     def history_place(self, slice_: int, phase: int) -> int:
         """Place, among the lines of its phase, of the pixel that enters the sum of a slice.
 
-        0 is the newest line in memory; -1 is the line that is just coming in. The pixel that leaves
-        lies one place further.
+        0 is the newest line in memory; -1 is the line that is just coming in.
         """
         return -(-self.entering_age(slice_, phase) // self.micro_image_size) - 1
+
+    def leaving_place(self, slice_: int, phase: int) -> int:
+        """Place, among the lines of its phase, of the pixel that leaves the sum of a slice."""
+        return -(-self.leaving_age(slice_, phase) // self.micro_image_size) - 1
 
     @cached_property
     def history_lines(self) -> tuple[int, ...]:
         """Lines of each phase that the column memory keeps, for all slices together."""
-        slices = range(len(self.shifts))
-        return tuple(
-            max(self.history_place(s, v) for s in slices) + 1 + self.pixels_leave
-            for v in range(self.micro_image_size)
-        )
+        m = self.micro_image_size
+        return tuple(-(-self.oldest(v) // m) for v in range(m))
 
     def slice_words(self, slice_: int) -> int:
         """Sums that a slice keeps of each column: running, first, and where needed held ones."""
@@ -90,8 +90,10 @@ def focal_stack_lines(
                     total[s] = 0
                 if 0 <= i < len(queue[due]):
                     total[s] += value if place < 0 else history[v][place]
-                if layout.pixels_leave and 0 <= i - m < len(queue[due]):
-                    total[s] -= history[v][place + 1]
+                left = layout.leaving_phase(s, output)
+                i_left = output + delay - layout.leaving_age(s, left)
+                if layout.pixels_leave and 0 <= i_left < len(queue[due]):
+                    total[s] -= history[left][layout.leaving_place(s, left)]
                 if layout.begins_group(s, output):
                     result[s] = total[s]
             if due >= 0 and output < len(queue[due]):

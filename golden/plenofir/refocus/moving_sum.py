@@ -5,10 +5,11 @@ Pixel i = M j + v (phase v) contributes to the M outputs from J = i + v (a'-1) o
 g = gcd(a', M). Giving the g pixels with the same J places of their own, p = J + r with r = 0..g-1,
 makes i -> p a re-ordering, and
 
-    S[J + r] = sum of the pixels at the M places up to J + g - 1.
+    S[J + r] = sum of the pixels at the B places up to J + g - 1, B the box.
 
 S changes at multiples of g only, and from one such place to the next g pixels enter the sum and g
-leave it: one enters and one leaves at each step, at ages that depend on their phase alone. The VHDL
+leave it: one enters and one leaves at each step, at ages that depend on their phase alone. The
+pixel that leaves is the one that entered B steps before; B is a multiple of g. The VHDL
 (``hdl/moving_sum/sum_schedule_pkg.vhd``) has the same functions.
 """
 
@@ -20,7 +21,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.refocus.operator import Align, output_offset
+from plenofir.refocus.operator import Align
 from plenofir.refocus.switches import FilterLayout
 
 
@@ -33,11 +34,21 @@ class SumLayout:
     align: Align = "centred"  # see `plenofir.refocus.operator.output_offset`
     # Columns of any length, not only multiples of M, follow each other without a gap.
     any_length: bool = False
+    boxes: tuple[int, ...] = ()  # samples B of each slice's box; empty: M for all
+
+    @cached_property
+    def _filter(self) -> FilterLayout:
+        """The switched filter that does the same."""
+        return FilterLayout(self.micro_image_size, self.shifts, self.align, boxes=self.boxes)
 
     @cached_property
     def delay(self) -> int:
         """Steps from a pixel to the output of the same index, as in the switched filter."""
-        return FilterLayout(self.micro_image_size, self.shifts, self.align).delay
+        return self._filter.delay
+
+    def box(self, slice_: int) -> int:
+        """Samples B of a slice's box."""
+        return self._filter.box(slice_)
 
     def group_size(self, slice_: int) -> int:
         """Neighbouring outputs that are equal: g = gcd(a', M)."""
@@ -50,7 +61,7 @@ class SumLayout:
         return group - 1 - index if self.shifts[slice_] >= 1 else index
 
     def _offset(self, slice_: int) -> int:
-        return output_offset(self.micro_image_size, self.shifts[slice_], self.align)
+        return self._filter.offset(slice_)
 
     def entering_phase(self, slice_: int, output: int) -> int:
         """Phase of the pixel that enters the sum with an output."""
@@ -65,7 +76,7 @@ class SumLayout:
         return phases[0]
 
     def entering_age(self, slice_: int, phase: int) -> int:
-        """Steps from a pixel of a phase to its entering the sum; it leaves M steps later."""
+        """Steps from a pixel of a phase to its entering the sum; it leaves B steps later."""
         return (
             self.delay
             - self._offset(slice_)
@@ -76,10 +87,10 @@ class SumLayout:
         )
 
     def initial_index(self, slice_: int, phase: int, *, held: bool) -> int | None:
-        """Index of the pixel of a phase that is in the sum with output 0, or None.
+        """Index of the pixel of a phase that entered last with output 0, or None.
 
-        With `held` it is the sum of output 0 itself, otherwise the running sum, which within a
-        group already holds pixels of the next one.
+        With `held` output 0 counts as the first of its group; otherwise pixels of the next group
+        may have entered already.
         """
         m, group = self.micro_image_size, self.group_size(slice_)
         first = self._offset(slice_)
@@ -93,15 +104,19 @@ class SumLayout:
     def is_initial(self, slice_: int, phase: int, *, held: bool) -> bool:
         """Whether the pixel of `initial_index` is added to the first sum.
 
-        If each group begins a new sum, the running sum at output 0 holds no pixel of the group
-        before.
+        That sum is, with `held`, the one that output 0 shows, otherwise the running sum. If each
+        group begins a new sum, the running sum at output 0 holds no pixel of the group before.
         """
         index = self.initial_index(slice_, phase, held=held)
-        if index is None or held or self.pixels_leave:
-            return index is not None
+        if index is None:
+            return False
         place = index + phase * (self.shifts[slice_] - 1) + self.place_in_group(slice_, phase)
         group = self.group_size(slice_)
         last = self._offset(slice_) + group - 1
+        if held:
+            last -= self._offset(slice_) % group
+        if held or self.pixels_leave:
+            return place > last - self.box(slice_)
         return place >= last - last % group
 
     def begins_group(self, slice_: int, output: int) -> bool:
@@ -116,27 +131,69 @@ class SumLayout:
     @property
     def pixels_leave(self) -> bool:
         """Whether pixels leave the sum: not if all slices begin a new sum with each group."""
+        return any(self.group_size(s) != self.box(s) for s in range(len(self.shifts)))
+
+    @property
+    def alternates(self) -> bool:
+        """Whether pixels enter and leave that are of the same phase, a lens apart: a box of M."""
         m = self.micro_image_size
-        return any(self.group_size(s) != m for s in range(len(self.shifts)))
+        return self.pixels_leave and any(self.box(s) == m for s in range(len(self.shifts)))
 
     @property
     def begins_within_group(self) -> bool:
         """Whether output 0 of a slice is not the first of its group (even M only)."""
         return any(not self.begins_group(s, 0) for s in range(len(self.shifts)))
 
-    def oldest_entering(self, phase: int) -> int:
-        """Largest age at which a pixel of a phase enters, in any slice."""
-        return max(self.entering_age(s, phase) for s in range(len(self.shifts)))
+    def leaving_phase(self, slice_: int, output: int) -> int:
+        """Phase of the pixel that leaves the sum with an output."""
+        return self.entering_phase(slice_, output - self.box(slice_))
+
+    def leaving_age(self, slice_: int, phase: int) -> int:
+        """Steps from a pixel of a phase to its leaving the sum."""
+        return self.entering_age(slice_, phase) + self.box(slice_)
+
+    def oldest(self, phase: int) -> int:
+        """Largest age at which a pixel of a phase enters or leaves, in any slice."""
+        age = self.leaving_age if self.pixels_leave else self.entering_age
+        return max(age(s, phase) for s in range(len(self.shifts)))
 
     @cached_property
     def reach(self) -> int:
-        """Largest age at which a pixel is needed."""
+        """Largest age of a pixel in a sum."""
+        phases, slices = range(self.micro_image_size), range(len(self.shifts))
+        return max(self.leaving_age(s, v) for s in slices for v in phases)
+
+    @cached_property
+    def bank_groups(self) -> tuple[int, ...]:
+        """Group of banks of each phase: another one than of phases that leave as it enters.
+
+        Each phase takes the first group that is free of the phases before it. In a group with
+        `alternates` the lines of a phase alternate between two banks.
+        """
         m = self.micro_image_size
-        return max(map(self.oldest_entering, range(m))) + m
+        together = [set[int]() for _ in range(m)]
+        for slice_ in range(len(self.shifts)) if self.pixels_leave else ():
+            for output in range(m):
+                phases = self.entering_phase(slice_, output), self.leaving_phase(slice_, output)
+                together[max(phases)].add(min(phases))
+        groups: list[int] = []
+        for phase in range(m):
+            taken = {groups[other] for other in together[phase] if other < phase}
+            groups.append(min(set(range(m)) - taken))
+        return tuple(groups)
+
+    @cached_property
+    def bank_lines(self) -> tuple[int, ...]:
+        """Lines of each bank of the column memory."""
+        lines = [0] * (max(self.bank_groups) + 1)
+        for group, ring in zip(self.bank_groups, self.ring_lines, strict=True):
+            lines[group] += ring
+        each = 1 + self.alternates
+        return tuple(count // each for count in lines for _ in range(each))
 
     @cached_property
     def ring_lines(self) -> tuple[int, ...]:
-        """Lines of each phase that the column memory keeps, in two banks if pixels leave.
+        """Lines of each phase that the column memory keeps; even if they alternate.
 
         A line of the phase comes every M lines. With columns of any length the first one of a frame
         may come up to M-1-v lines early (a frame of n M + v + 1 lines), but only one in `reach`
@@ -145,13 +202,11 @@ class SumLayout:
         m = self.micro_image_size
         lines = []
         for phase in range(m):
-            oldest = self.oldest_entering(phase)
-            if self.any_length and (oldest > 0 or self.pixels_leave):
+            oldest = self.oldest(phase)
+            if self.any_length and oldest > 0:
                 oldest += m - 1 - phase
             ring = -(-oldest // m)
-            if self.pixels_leave:
-                ring = -(-(ring + 1) // 2) * 2
-            lines.append(ring)
+            lines.append(ring + ring % 2 if self.alternates else ring)
         return tuple(lines)
 
     @property
@@ -244,8 +299,10 @@ def moving_sum_lines(
                     if i == index and sample is not None and due == current
                     else int(ring[enter[v] % len(ring)])
                 )
-            if layout.pixels_leave and 0 <= i - m < len(queue[due]):
-                total -= int(ring[(enter[v] - 1) % len(ring)])
+            left = layout.leaving_phase(slice_, output)
+            i_left = output + delay - layout.leaving_age(slice_, left)
+            if layout.pixels_leave and 0 <= i_left < len(queue[due]):
+                total -= int(rings[left][(enter[left] - 1) % len(rings[left])])
             if i >= 0:
                 enter[v] += 1
             if layout.begins_group(slice_, output):

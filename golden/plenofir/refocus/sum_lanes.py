@@ -2,16 +2,16 @@
 """Many pixels a clock: the moving sum of a row for P neighbouring outputs at once.
 
 Output o takes in pixel e(o) = o + offset(o mod M), whose offset depends on o mod M alone
-(`plenofir.refocus.moving_sum`), and gives back l(o) = e(o) - M. So the P outputs of a token are the
-sum after the previous token plus the prefix sums of
+(`plenofir.refocus.moving_sum`), and gives back l(o) = e(o - B), B the box, which is e(o) - M for a
+box of M. So the P outputs of a token are the sum after the previous token plus the prefix sums of
 
-    d(o) = x[e(o)] - x[e(o) - M],    x = 0 outside the line.
+    d(o) = x[e(o)] - x[e(o - B)],    x = 0 outside the line.
 
-Pixels lie in B banks, B the smallest multiple of M that is not less than P: pixel i in bank
-i mod B, row i div B. P neighbouring pixels lie in different banks, and so do the pixels that enter
+Pixels lie in N banks, N the smallest multiple of M that is not less than P: pixel i in bank
+i mod N, row i div N. P neighbouring pixels lie in different banks, and so do the pixels that enter
 with P neighbouring outputs, because e(o + M) = e(o) + M. The bank of the pixel that enters with
-output o depends only on o mod B: a fixed permutation for each slice, and a rotation by the token's
-position in the B outputs.
+output o depends only on o mod N: a fixed permutation for each slice, and a rotation by the token's
+position in the N outputs.
 
 The VHDL (``hdl/moving_sum/sum_lanes_pkg.vhd``) has the same functions.
 """
@@ -40,7 +40,7 @@ class LaneLayout:
 
     @cached_property
     def banks(self) -> int:
-        """B, a multiple of M."""
+        """N, a multiple of M."""
         m = self.sums.micro_image_size
         return -(-self.pixels // m) * m
 
@@ -50,11 +50,11 @@ class LaneLayout:
         return self.sums.delay - self.sums.entering_age(slice_, phase)
 
     def bank(self, slice_: int, place: int) -> int:
-        """Bank of the pixel that enters with outputs of the same o mod B."""
+        """Bank of the pixel that enters with outputs of the same o mod N."""
         return (place + self.offset(slice_, place)) % self.banks
 
     def row(self, slice_: int, place: int) -> int:
-        """Row of that pixel, relative to the output's o div B."""
+        """Row of that pixel, relative to the output's o div N."""
         return (place + self.offset(slice_, place)) // self.banks
 
     def first_output(self, slice_: int, index: int) -> int:
@@ -64,11 +64,11 @@ class LaneLayout:
 
     def is_initial(self, slice_: int, index: int, *, held: bool) -> bool:
         """Whether a pixel is in the sum before output 0; with `held`, in that of its group."""
-        m = self.sums.micro_image_size
+        m, box = self.sums.micro_image_size, self.sums.box(slice_)
         last = -1
         if held:
             last = -next(back for back in range(m) if self.sums.begins_group(slice_, -back))
-        return last - m < self.first_output(slice_, index) <= last
+        return last - box < self.first_output(slice_, index) <= last
 
     @property
     def clocks(self) -> int:
@@ -98,7 +98,7 @@ def lane_sums(
     As `plenofir.refocus.moving_sum.moving_sum_lines`.
     """
     sums, p, banks = layout.sums, layout.pixels, layout.banks
-    m, delay = sums.micro_image_size, layout.delay
+    delay = layout.delay
     queue = [np.asarray(line, np.int64) for line in lines]
     order = [0] * len(queue) if slices is None else list(slices)
     memory = np.zeros((banks, layout.rows), np.int64)
@@ -152,9 +152,9 @@ def lane_sums(
 
         for j in range(p):
             wraps, here = divmod(place + j, banks)
-            bank, rows = layout.bank(slice_, here), wraps + layout.row(slice_, here)
-            back, left = divmod(bank - m, banks)
-            total += pixel(rows, bank) - pixel(rows + back, left)
+            left = here - sums.box(slice_)
+            total += pixel(wraps + layout.row(slice_, here), layout.bank(slice_, here))
+            total -= pixel(wraps + layout.row(slice_, left), layout.bank(slice_, left))
             output = steps * banks + place + j
             if sums.begins_group(slice_, output):
                 held = total

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The moving sum engine's schedule against the definition of the operator."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,14 @@ from plenofir.refocus.sum_lanes import LaneLayout, lane_sums
 pytestmark = pytest.mark.quick
 
 
+def drawn_boxes(data: st.DataObject, m: int, shifts: list[int]) -> tuple[int, ...]:
+    """A box for each slice, a multiple of gcd(a', M); or none."""
+    if data.draw(st.booleans()):
+        return ()
+    steps = [math.gcd(shift, m) for shift in shifts]
+    return tuple(step * data.draw(st.integers(1, m // step)) for step in steps)
+
+
 @settings(max_examples=150, deadline=None)
 @given(
     m=st.integers(1, 9),
@@ -28,7 +37,8 @@ pytestmark = pytest.mark.quick
 )
 def test_equals_the_definition(m, shifts, lengths, align, any_length, data) -> None:
     # The rings hold real pixels, so one overwritten before it has left makes a sum wrong.
-    layout = SumLayout(m, tuple(shifts), align, any_length)
+    boxes = drawn_boxes(data, m, shifts)
+    layout = SumLayout(m, tuple(shifts), align, any_length, boxes)
     if any_length:
         # Back to back at full rate, as no frame is shorter than the rings require.
         lengths = [layout.reach + length for length in lengths]
@@ -39,8 +49,10 @@ def test_equals_the_definition(m, shifts, lengths, align, any_length, data) -> N
     got = list(moving_sum_lines(lines, layout, slices))
     assert len(got) == len(lines)
     for line, slice_, sums in zip(lines, slices, got, strict=True):
-        offset = output_offset(m, shifts[slice_], align)
-        assert np.array_equal(sums, gather_sums(line, m, shifts[slice_], axis=0, offset=offset))
+        shift, box = shifts[slice_], boxes[slice_] if boxes else m
+        offset = output_offset(m, shift, align, box)
+        want = gather_sums(line, m, shift, axis=0, offset=offset, box=box)
+        assert np.array_equal(sums, want)
 
 
 @settings(max_examples=150, deadline=None)
@@ -54,15 +66,18 @@ def test_equals_the_definition(m, shifts, lengths, align, any_length, data) -> N
 )
 def test_several_pixels_a_token(m, pixels, shifts, lengths, align, data) -> None:
     # As above: pixels that the banks no longer hold make a sum wrong.
-    layout = LaneLayout(SumLayout(m, tuple(shifts), align), pixels)
+    boxes = drawn_boxes(data, m, shifts)
+    layout = LaneLayout(SumLayout(m, tuple(shifts), align, boxes=boxes), pixels)
     slices = [data.draw(st.integers(0, len(shifts) - 1)) for _ in lengths]
     rng = np.random.default_rng(data.draw(st.integers(0, 1000)))
     lines = [rng.integers(1, 256, length) for length in lengths]
     got = list(lane_sums(lines, layout, slices))
     assert len(got) == len(lines)
     for line, slice_, sums in zip(lines, slices, got, strict=True):
-        offset = output_offset(m, shifts[slice_], align)
-        assert np.array_equal(sums, gather_sums(line, m, shifts[slice_], axis=0, offset=offset))
+        shift, box = shifts[slice_], boxes[slice_] if boxes else m
+        offset = output_offset(m, shift, align, box)
+        want = gather_sums(line, m, shift, axis=0, offset=offset, box=box)
+        assert np.array_equal(sums, want)
 
 
 def test_all_lines_are_of_the_first_slice_if_none_is_named() -> None:
@@ -104,7 +119,7 @@ def overwritten(layout: SumLayout, lengths: list[int]) -> set[int]:
         for length in lengths:
             written += [start + line for line in range(phase, length, m)]
             start += layout.least_steps(length, columns=True)
-        needed = layout.oldest_entering(phase) + m * layout.pixels_leave
+        needed = layout.oldest(phase)
         pairs = zip(written, written[ring:], strict=False) if needed else ()
         if any(later < first + needed for first, later in pairs):
             found.add(phase)
@@ -118,9 +133,13 @@ def overwritten(layout: SumLayout, lengths: list[int]) -> set[int]:
     lengths=st.lists(st.integers(1, 150), min_size=1, max_size=6),
     align=st.sampled_from(["centred", "causal"]),
     any_length=st.booleans(),
+    data=st.data(),
 )
-def test_no_line_is_overwritten_while_it_is_needed(m, shifts, lengths, align, any_length) -> None:
-    assert not overwritten(SumLayout(m, tuple(shifts), align, any_length), lengths)
+def test_no_line_is_overwritten_while_it_is_needed(
+    m, shifts, lengths, align, any_length, data
+) -> None:
+    boxes = drawn_boxes(data, m, shifts)
+    assert not overwritten(SumLayout(m, tuple(shifts), align, any_length, boxes), lengths)
 
 
 def test_frames_of_any_length_need_the_lines_that_they_get() -> None:
@@ -200,3 +219,26 @@ def test_clocks_and_rows_of_several_pixels_a_token(m, shifts, pixels, clocks, ro
     # A clock for each level of the prefix sums, one to choose a slice, one to hold outputs.
     layout = LaneLayout(SumLayout(m, shifts), pixels)
     assert (layout.clocks, layout.rows) == (clocks, rows)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    m=st.integers(1, 9),
+    shifts=st.lists(st.integers(-14, 16), min_size=1, max_size=3),
+    data=st.data(),
+)
+def test_pixels_that_enter_and_leave_are_in_different_banks(m, shifts, data) -> None:
+    boxes = drawn_boxes(data, m, shifts)
+    layout = SumLayout(m, tuple(shifts), boxes=boxes)
+    assert sum(layout.bank_lines) == sum(layout.ring_lines)
+    for slice_ in range(len(shifts)) if layout.pixels_leave else ():
+        for output in range(m):
+            enters, leaves = (
+                phase(slice_, output) for phase in (layout.entering_phase, layout.leaving_phase)
+            )
+            if enters != leaves:
+                assert layout.bank_groups[enters] != layout.bank_groups[leaves]
+            else:
+                # A line and the one before it in an even ring alternate.
+                assert layout.alternates
+                assert layout.ring_lines[enters] % 2 == 0

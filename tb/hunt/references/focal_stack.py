@@ -8,5 +8,5 @@ from hunt.references.raster_refocuser import refocused
 
 def stack(raw: np.ndarray, g: dict) -> np.ndarray:
     """The slices of a frame, one after another in the channels."""
-    plain = {**g, "EXACT": True, "INTERPOLATION_ORDER": 0, "SHARPENING": "", "BOX": ""}
+    plain = {**g, "EXACT": True, "INTERPOLATION_ORDER": 0, "SHARPENING": ""}
     return np.dstack([refocused(raw, plain, s) for s in range(len(g["SHIFTS"].split()))])

@@ -8,7 +8,6 @@ from plenofir.fpga.core.engine import Raster
 from plenofir.fpga.families import MULTIPLYING
 from plenofir.fpga.resources.estimate import Block
 from plenofir.ground.errors import InputError
-from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
 
 DIVIDE_CLOCKS = 3
@@ -30,8 +29,7 @@ def weights_clocks(raster: Raster, pixels_per_clock: int) -> int:
     for number in range(raster.passes):
         clocks += 2 * _STAGE_CLOCKS
         if pixels_per_clock > 1:
-            layout = SumLayout(raster.micro_image_size, raster.pass_shifts(number), raster.align)
-            clocks += LaneLayout(layout, pixels_per_clock).clocks - _STAGE_CLOCKS
+            clocks += LaneLayout(raster.sum_layout(number), pixels_per_clock).clocks - _STAGE_CLOCKS
     return clocks
 
 
@@ -46,7 +44,7 @@ def border_blocks(raster: Raster, pixels_per_clock: int) -> Iterator[Block]:
     parts = Counter[str]()
     several = pixels_per_clock > 1
     for number in range(raster.passes if raster.normalises else 0):
-        layout = SumLayout(raster.micro_image_size, raster.pass_shifts(number), raster.align)
+        layout = raster.sum_layout(number)
         count_bits = int(raster.largest_box**raster.passes).bit_length()
         parts += Counter(
             {

@@ -305,16 +305,6 @@ class CoreConfiguration(Raster):
                 "must be the same for all slices with sharpening; use one box, or no sharpening",
                 where="box",
             )
-        if self.smaller_box and self.engine.kind != "fir":
-            raise InputError(
-                f"below M needs the engine fir, not {self.engine.kind}; use M, or fir",
-                where="box",
-            )
-        if self.smaller_box and self.normalises:
-            raise InputError(
-                "below M cannot be combined with a normalised border; use M, or border zero",
-                where="box",
-            )
 
     def check_limits(self) -> None:
         """Refuse what the core cannot be built for, by field and limit."""

@@ -11,6 +11,7 @@ from plenofir.fpga.resources.memory import Memory
 from plenofir.ground.errors import InputError
 from plenofir.refocus import MAX_INTERPOLATION_ORDER, Border
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
+from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.operator import Align
 from plenofir.refocus.sharpening import MAX_WEIGHT_UNITS
 from plenofir.refocus.switches import FilterLayout
@@ -164,6 +165,12 @@ class Raster(BaseModel):
         shifts = self.pass_shifts(number)
         boxes = self.slice_boxes[: len(shifts)]
         return FilterLayout(self.micro_image_size, shifts, self.align, boxes=boxes)
+
+    def sum_layout(self, number: int = 0) -> SumLayout:
+        """Schedule of the moving sum that is equivalent to a stage."""
+        shifts = self.pass_shifts(number)
+        boxes = self.slice_boxes[: len(shifts)]
+        return SumLayout(self.micro_image_size, shifts, self.align, boxes=boxes)
 
     @property
     def filter_delay(self) -> int:

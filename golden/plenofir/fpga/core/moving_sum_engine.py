@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Engine of moving sums (``hdl/moving_sum``)."""
 
+from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import ClassVar, Literal, Self
 
 from plenofir.fpga.core.engine import (
@@ -71,8 +73,7 @@ class MovingSumEngine(SliceEngine):
     # LUTs and flip-flops of each part (scripts/resources.py fit).
 
     def layout(self, raster: Raster, number: int = 0) -> SumLayout:
-        shifts = raster.pass_shifts(number)
-        return SumLayout(raster.micro_image_size, shifts, raster.align, self.any_rows)
+        return replace(raster.sum_layout(number), any_length=self.any_rows)
 
     def summary(self, raster: Raster) -> str:
         return "moving sums"
@@ -207,14 +208,16 @@ class MovingSumEngine(SliceEngine):
             width = p * raster.channels * words.data
             table_bits = (_table_words(layout) - 1).bit_length()
             if number in self._column_stages(raster) and columns > 1:
-                banks, bank_words = _banks(layout, columns)
-                if sum(layout.ring_lines):
-                    for size in block_sizes(bank_words, width):
-                        bits = (size - 1).bit_length()
-                        yield Memory("lines of pixels", bits, width, banks, words=size)
-                    line_bits = (sum(layout.ring_lines) // banks).bit_length()
-                    address_bits = (bank_words - 1).bit_length()
-                    yield Memory("addresses of lines", line_bits, address_bits, 1 + banks, rom=True)
+                banks = layout.bank_lines
+                if sum(banks):
+                    for lines, number_of in Counter(banks).items():
+                        for size in block_sizes(lines * columns, width):
+                            bits = (size - 1).bit_length()
+                            yield Memory("lines of pixels", bits, width, number_of, words=size)
+                    # One address to write, and one to read for pixels that enter and leave.
+                    line_bits, reads = max(banks).bit_length(), 1 + layout.pixels_leave
+                    address_bits = (max(banks) * columns - 1).bit_length()
+                    yield Memory("addresses of lines", line_bits, address_bits, 1 + reads, rom=True)
                     phase_bits = max((raster.micro_image_size - 1).bit_length(), 1)
                     yield Memory("phases", table_bits, phase_bits, 1, rom=True)
                 sum_bits = p * raster.channels * words.sum
@@ -260,17 +263,12 @@ class MovingSumEngine(SliceEngine):
                 counts["rings"] += m * ring
                 # Write and read addressing; without a shift there is none.
                 counts["held lines"] += ring > 0
-                banks, bank_words = _banks(layout, raster.max_columns)
-                counts["block bits"] += banks * width * len(block_sizes(bank_words, width))
+                for lines in layout.bank_lines:
+                    words_of = max(lines, 1) * raster.max_columns
+                    counts["block bits"] += width * len(block_sizes(words_of, width))
             if words.value:
                 counts["tables"] += raster.channels * rom_luts(words.value, words.data)
         return counts
-
-
-def _banks(layout: SumLayout, columns: int) -> tuple[int, int]:
-    """Memories for the lines of pixels, and words of each; at least one line."""
-    banks = 1 + layout.pixels_leave
-    return banks, max(sum(layout.ring_lines) // banks, 1) * columns
 
 
 def _table_words(layout: SumLayout) -> int:

@@ -51,7 +51,9 @@ class StackEngine(Engine):
 
     def layout(self, raster: Raster) -> StackLayout:
         """Schedule of the moving sums of each dimension."""
-        return StackLayout(raster.micro_image_size, raster.shifts, raster.align)
+        return StackLayout(
+            raster.micro_image_size, raster.shifts, raster.align, boxes=raster.slice_boxes
+        )
 
     def summary(self, raster: Raster) -> str:
         return "moving sums, all slices in one pass"
@@ -70,7 +72,10 @@ class StackEngine(Engine):
     def lanes(self, raster: Raster) -> tuple[LaneLayout, ...]:
         """Schedules of the row stages of several pixels a token: one slice in each."""
         p, m = self.pixels_per_clock, raster.micro_image_size
-        return tuple(LaneLayout(SumLayout(m, (s,), raster.align), p) for s in raster.shifts)
+        return tuple(
+            LaneLayout(SumLayout(m, (shift,), raster.align, boxes=(box,)), p)
+            for shift, box in zip(raster.shifts, raster.slice_boxes, strict=True)
+        )
 
     def row_tokens(self, raster: Raster) -> int:
         return -(-raster.filter_delay // self.pixels_per_clock)
