@@ -242,12 +242,12 @@ begin
                     '0';
 
   new_start <= s_axis_tuser and not state.start_lasts;
-  stray     <= excess and not new_start when state.open_frame = '1' else
-               not (new_start and size_supported);
+  stray     <= '1' when (new_start = '0' and (state.open_frame = '0' or excess = '1')) or
+                        (new_start = '1' and state.open_frame = '0' and size_supported = '0') else
+               '0';
 
-  -- The decision has few bits. All that follows uses them alone, so that the logic stays shallow. The branches give
-  -- `take` and `starts_frame` beside `send`, and sizes of one are read at the ports, for the same reason. A stray pixel
-  -- is dropped without delaying a flush.
+  -- All that follows the decision uses its few bits alone, and the branches give `take` and the marks of a frame beside
+  -- `send`, so that the logic stays shallow. A stray pixel is dropped without delaying a flush.
   decide : process (state, columns, rows, slice, s_axis_tvalid, new_start, stray, credit, drained) is
 
     -- The next band, and the next frame, may not begin yet.
