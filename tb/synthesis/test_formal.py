@@ -54,6 +54,12 @@ def test_proof(tmp_path: Path, proof: Proof) -> None:
         (FirProof(3, 2), "switch_control.vhd", "switches and mask when", "switches when"),
         (FirProof(3, 2), "switched_fir.vhd", "at_first_step = '1' and", "false and"),
         (LaneProof(3, 2, 2), "prefix_sums.vhd", "before + partial(LEVELS)", "before + partial(0)"),
+        (
+            LaneProof(3, 2, 2, box=2),
+            "sum_lanes_pkg.vhd",
+            "place - geometry.boxes(slice))",
+            "place - geometry.micro_image_size)",
+        ),
         (LaneProof(3, 2, 2), "lane_control.vhd", "ended    <= following;", "null;"),
         (DivideProof(3, 4), "divide_weighted.vhd", "if unsigned(weight) = 0", "if false"),
         (DivideProof(3, 4), "divide_weighted.vhd", "if taken = '1' then", "if taken = '0' then"),
