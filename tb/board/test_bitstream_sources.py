@@ -7,12 +7,13 @@ import pytest
 
 from plenofir.commands.bitstream import scene_plan
 from plenofir.fpga.bitstream.check import elaborate
+from plenofir.fpga.bitstream.ise import xst_script
 from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line, top_with_generics
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.plan.configure import configure
 from plenofir_tb.tools import or_skip
-from xst_lint import lint
+from xst_lint import lint, loop_limit
 
 
 @pytest.fixture
@@ -61,4 +62,4 @@ def test_board_of_a_scene(sources: list[Path], tmp_path: Path) -> None:
     problems, counts = elaborate(written, tmp_path)
     assert problems == []
     assert (counts["pll_adv"], counts["iserdes2"], counts["oserdes2"]) == (2, 6, 8)
-    assert list(lint(written)) == []
+    assert list(lint(written, loop_limit(xst_script()))) == []

@@ -31,7 +31,7 @@ from plenofir.plan.sensor.resampler import Load
 from plenofir.plan.verilog import verilog_files
 
 CALIBRATION = "calibration.txt"
-# Of the boards' control; no clock beside it that data cross from or to is faster.
+# The boards' control runs at this clock, the fastest that data cross from or to.
 _CONTROL_MHZ = 100.0
 
 

@@ -244,7 +244,7 @@ def all_in_focus(
         sure = np.asarray(confidence, np.float64)
         settings = Disparity(settings, sure).settled()
     view = _CentralView(raw, m, settings)
-    # Of the picture with small boxes; none beside steps of depth, where views see two things.
+    # Shares of the picture with small boxes are 0 beside steps of depth: views see two things there.
     shares = sure * even(settings) * smaller(settings * m, m, box)
     fine = np.empty_like(raw) if shares.any() else None
     lenses = view.settings.shape
