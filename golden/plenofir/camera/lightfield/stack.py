@@ -244,7 +244,7 @@ def all_in_focus(
         sure = np.asarray(confidence, np.float64)
         settings = Disparity(settings, sure).settled()
     view = _CentralView(raw, m, settings)
-    # Shares of the picture with small boxes are 0 beside steps of depth: views see two things there.
+    # Shares of the small boxes' picture are 0 beside steps of depth, where views see two things.
     shares = sure * even(settings) * smaller(settings * m, m, box)
     fine = np.empty_like(raw) if shares.any() else None
     lenses = view.settings.shape
