@@ -196,7 +196,7 @@ def _volume(
     from plenofir.commands.volumes import Film, slices_of_volume, volume_of_film
     from plenofir.refocus.batch import find_frames
 
-    _Files(hints.white, hints.calib).check()
+    hints.check()
     if hints.dark is not None:
         options.require("dark", "calib", hints.white is None and hints.calib is None)
     sources = find_frames(patterns)
@@ -244,11 +244,6 @@ class _Files:
     def of_captures(self) -> bool:
         """Whether frames are captures."""
         return self.white is not None or self.calib is not None
-
-    def check(self) -> None:
-        """Refuse two calibrations."""
-        if self.white is not None and self.calib is not None:
-            raise InputError("cannot be combined with --calib; give one of them", where="white")
 
 
 @dataclass(frozen=True)
@@ -327,7 +322,7 @@ class _Run:
                 "captures are developed with --white or --calib: leave out -a, "
                 "--interpolation, --sharpen and --no-upsample"
             )
-        self.files.check()
+        hints.check()
         self.camera.check()
         check_folder(Path(out), out)
         sources = _unpacked(find_frames(frames), Path(out))

@@ -56,10 +56,12 @@ def develop(
     from plenofir.commands.development import Job, develop_capture, summary_there
 
     start, folder = perf_counter(), Path(out)
+    hints = hints._replace(white=white, calib=calib, dark=dark)
+    hints.check()
     check_folder(folder, out)
     camera.check()
     job = Job(
-        hints._replace(white=white, calib=calib, dark=dark),
+        hints,
         camera.camera,
         camera.focus,
         slices,

@@ -112,7 +112,8 @@ def view(
     if where.export is not None:
         out = check_file(where.export, (".html", ".htm"), raster, calib)
     settings = _Settings(hints._replace(calib=calib), camera, a, look)
-    if calib is not None and raster is not None and a is None:
+    compared = raster is not None and hints.micro_image is None and _has_pictures(Path(raster))
+    if calib is not None and raster is not None and a is None and not compared:
         focal = opened(Path(raster), settings.hints, camera, look.exposure, look.gamma)
         if focal is not None:
             _view_focused(focal, Path(raster), out, where)
@@ -120,7 +121,7 @@ def view(
     with progress_bar("searching depth") as show:
         if source is not None:
             page = settings.live(source, rate)
-        elif hints.micro_image is None and _has_pictures(Path(str(raster))):
+        elif compared:
             page = settings.pictures(Path(str(raster)))
         elif (film := settings.film(Path(str(raster)))) is not None:
             if out is not None:

@@ -39,7 +39,7 @@ LONG_RUNNING = [
     ("report", name)
     for name in (
         *("rays", "precision", "sharpening", "stability", "numbers", "energy", "calibration"),
-        *("resampling", "depth", "pictures", "growth", "gpu", "peers"),
+        *("resampling", "depth", "pictures", "growth", "gpu", "peers", "boxes"),
     )
 ]
 LEAVES = [

@@ -16,8 +16,7 @@ def recognise(path: Path, hints: Hints = _NO_HINTS) -> LightFieldSource:
     `hints`: what a person says about it. Raises `InputError` if it cannot be read, is damaged, or
     its pixels contradict a hint.
     """
-    if hints.white is not None and hints.calib is not None:
-        raise InputError("cannot be combined with --calib; give one of them", where="white")
+    hints.check()
     try:
         if not path.exists():
             raise InputError("no such file or folder", where=str(path))

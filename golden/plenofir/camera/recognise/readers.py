@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from plenofir.camera.calibration.record import load_calibration
-from plenofir.camera.focused.vendor import read_vendor_grid
 from plenofir.camera.lytro.container import file_bytes, read_json
 from plenofir.camera.lytro.frames import is_lytro
 from plenofir.camera.lytro.metadata import FrameMetadata, frame_metadata
@@ -185,6 +184,9 @@ def _calibration(path: Path, hints: Hints) -> LightFieldSource:
 
 def _maker(path: Path, hints: Hints) -> LightFieldSource:
     """A calibration of a focused camera's maker."""
+    # Loads numba.
+    from plenofir.camera.focused import read_vendor_grid
+
     read_vendor_grid(path)
     text = "RayCalibData, Raytrix' calibration of a focused (2.0) camera"
     advice = command("calibrate", "RAW", "--grid", path, "--out", "calib.json")

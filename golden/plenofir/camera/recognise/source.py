@@ -66,6 +66,11 @@ class Hints(NamedTuple):
     roi: str | None = None  # column and row of the white image at which a capture begins
     crop: str | None = None  # left, top, width, height of the part wanted: `as_asked`
 
+    def check(self) -> None:
+        """Refuse two calibrations: raises `InputError`."""
+        if self.white is not None and self.calib is not None:
+            raise InputError("cannot be combined with --calib; give one of them", where="white")
+
 
 class Finding(NamedTuple):
     """One thing about a file, the reason for it, and how sure it is."""
