@@ -18,6 +18,7 @@ from unittest.mock import patch
 
 import h5py
 import numpy as np
+from focused_scenes import RAYTRIX_XML
 from hypothesis import strategies as st
 from lytro_writer import F01, changed, pack, write_capture, write_whites
 from PIL import Image as PillowImage
@@ -25,6 +26,7 @@ from scipy.io import savemat
 from tifffile import imwrite
 
 from plenofir.camera.calibration import calibrate
+from plenofir.camera.calibration.types_of_lenses import LensTypes
 from plenofir.camera.lightfield.exports import encode_pfm
 from plenofir.camera.rays.camera import CAMERAS
 from plenofir.commands.app import command_line, main
@@ -62,14 +64,18 @@ IMAGES = ("grey.png", "rgb.png", "deep.png", "grey.tif", "rgb.jpg", "grey.pgm", 
 IMAGES += ("row.png",)
 # Usual values of each option.
 NAMES: Mapping[str, tuple[str, ...]] = {
-    "raster": IMAGES,
-    "raw": (*IMAGES, "white.png", "capture.lfp", "capture.raw"),
+    "raster": (*IMAGES, "capture.png"),
+    "raw": (*IMAGES, "white.png", "capture.png", "capture.lfp", "capture.raw"),
     "white": ("white.png", "capture.lfp", "whites"),
     "dark": ("dark.png",),
     "reversed_lens": ("white.png",),
     "files": ("white.png", *IMAGES, "capture.lfp", "views", "whites", "known.json", "field.mat"),
     "collimator": ("star.png",),
-    "calib": ("known.json",),
+    "calib": ("known.json", "focused.json"),
+    "lens_types": ("white.png", "capture.png", *IMAGES),
+    "grid": ("maker.xml",),
+    "virtual_depth": ("3", "2.5", "2:4:1", "1", "0", "-3", "1e9", "nan", "x", ""),
+    "box": ("", "1", "3", "3,3", "3 1", "2", "5", "7", "-1", "x"),
     "capture": (*IMAGES, "white.png", "capture.lfp", "views", "field.mat"),
     "port": ("grey.png", "missing"),
     "frames": ("grey.png", "*.png"),
@@ -135,7 +141,14 @@ def make_stock(folder: Path) -> None:
     light = np.cos(np.pi * (y - 4.3) / 9) ** 2 * np.cos(np.pi * (x - 4.6) / 9) ** 2
     white = np.rint(20 + 220 * light).astype(np.uint8)
     write_png(folder / "white.png", white)
-    calibrate(white).save(folder / "known.json")
+    calibration = calibrate(white)
+    calibration.save(folder / "known.json")
+    types = LensTypes(pattern=(0,), sharpest=(0.3,))
+    calibration.model_copy(update={"lens_types": types}).save(folder / "focused.json")
+    texture = np.clip(rng.normal(0.6, 0.3, (90, 90)), 0, 1)
+    write_png(folder / "capture.png", np.rint(white * texture).astype(np.uint8))
+    of_maker = {"x": 0.2, "y": -0.3, "diameter": 9, "rotation": 0.001, "distortion": 0}
+    (folder / "maker.xml").write_text(RAYTRIX_XML.format(**of_maker))
     star = np.full((90, 90), 3, np.uint8)
     star[38:44, 40:44] = 200
     write_png(folder / "star.png", star)
@@ -253,6 +266,7 @@ def calls(draw: Any, command: Words) -> Call:
     kinds = st.sampled_from(("cut", "flip", "number"))
     stock = ("grey.png", "deep.png", "white.png", "grey.tif", "rgb.jpg", "grey.pgm", "known.json")
     stock += ("capture.lfp", "capture.txt", "field.mat", "new.mat", "hci/parameters.cfg")
+    stock += ("focused.json", "capture.png", "maker.xml")
     stock += ("scene.toml", "camera.toml", "lens.csv", "a.vcd", "views/view_1_1.png")
     damage = st.tuples(
         st.sampled_from(stock), kinds, st.floats(0, 1, exclude_max=True), WHOLE | REAL | TEXT
