@@ -58,7 +58,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ),
     ("core/divide_weighted*", ("tb/core/test_units.py -k {}", f"{BORDER} -k stalls_gaps", BORDER)),
     (
-        "core/refocus_pkg*",
+        "core/[nr]*_pkg*",
         (f"{RASTER} -k stalls_gaps", f"{RASTER} -k array_slices", f"{SUMS} -k sets_stalls", STACK),
     ),
     ("border/*", (f"{BORDER} -k stalls_gaps", BORDER)),

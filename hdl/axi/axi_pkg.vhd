@@ -7,7 +7,7 @@ use ieee.std_logic_1164.all;
 
 library work;
 use work.math_pkg.all;
-use work.refocus_pkg.all;
+use work.number_set_pkg.all;
 use work.sharpness_pkg.all;
 use work.register_map_pkg.all;
 

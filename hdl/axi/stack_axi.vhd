@@ -14,7 +14,7 @@ use ieee.std_logic_1164.all;
 
 library work;
 use work.math_pkg.all;
-use work.refocus_pkg.all;
+use work.number_set_pkg.all;
 use work.register_map_pkg.all;
 use work.axi_pkg.all;
 use work.token_pkg.marks_t;

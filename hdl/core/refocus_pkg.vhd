@@ -20,6 +20,7 @@ use ieee.std_logic_1164.all;
 
 library work;
 use work.math_pkg.all;
+use work.number_set_pkg.all;
 
 package refocus_pkg is
 
@@ -29,13 +30,6 @@ package refocus_pkg is
   constant MOST_SLICES    : positive := 256;
   constant MOST_COLUMNS   : positive := 8192;
   constant MOST_LINE_BITS : positive := 2 ** 26;
-
-  -- Whether a text is a set of decimal integers from least to most, with blanks in between. The set may be empty.
-  function is_set (
-    text  : string;
-    least : integer;
-    most  : integer
-  ) return boolean;
 
   -- Returns true, or stops elaboration if SHIFTS cannot be built; the message begins with the name.
   function takes_shifts (
@@ -58,17 +52,6 @@ package refocus_pkg is
     bits  : natural;
     more  : natural
   ) return boolean;
-
-  -- Number of shifts in a set.
-  function slice_count (
-    shifts : string
-  ) return natural;
-
-  -- The shift at an index of the set, from 0.
-  function slice_shift (
-    shifts : string;
-    index  : natural
-  ) return integer;
 
   -- Shifts by slice. The length is fixed because VHDL-93 has no records with fields of unconstrained length.
   type shifts_t is array (natural range 0 to MOST_SLICES - 1) of integer range -MOST_SHIFT to MOST_SHIFT;
@@ -168,65 +151,6 @@ end package refocus_pkg;
 
 package body refocus_pkg is
 
-  function is_set (
-    text  : string;
-    least : integer;
-    most  : integer
-  ) return boolean is
-
-    variable inside    : boolean;
-    variable digits    : boolean;
-    variable negative  : boolean;
-    variable digit     : integer;
-    variable magnitude : natural;
-
-  begin
-
-    inside    := false;
-    digits    := true;
-    negative  := false;
-    magnitude := 0;
-
-    for i in text'range loop
-
-      digit := character'pos(text(i)) - character'pos('0');
-
-      if text(i) = ' ' then
-        -- A sign without digits is no number.
-        if not digits then
-          return false;
-        end if;
-        inside := false;
-      elsif text(i) = '-' then
-        if inside then
-          return false;
-        end if;
-        inside    := true;
-        digits    := false;
-        negative  := true;
-        magnitude := 0;
-      elsif digit >= 0 and digit <= 9 then
-        if not inside then
-          inside    := true;
-          negative  := false;
-          magnitude := 0;
-        end if;
-        digits    := true;
-        magnitude := 10 * magnitude + digit;
-        -- The range is checked at each digit, so that no number exceeds an integer.
-        if (negative and -magnitude < least) or (not negative and magnitude > most) then
-          return false;
-        end if;
-      else
-        return false;
-      end if;
-
-    end loop;
-
-    return digits;
-
-  end function is_set;
-
   function takes_shifts (
     name   : string;
     shifts : string
@@ -320,82 +244,6 @@ package body refocus_pkg is
     return more <= left;
 
   end function line_bits_fit;
-
-  function slice_count (
-    shifts : string
-  ) return natural is
-
-    variable count  : natural;
-    variable inside : boolean;
-
-  begin
-
-    count  := 0;
-    inside := false;
-
-    for i in shifts'range loop
-
-      if shifts(i) = ' ' then
-        inside := false;
-      elsif not inside then
-        inside := true;
-        count  := count + 1;
-      end if;
-
-    end loop;
-
-    return count;
-
-  end function slice_count;
-
-  function slice_shift (
-    shifts : string;
-    index  : natural
-  ) return integer is
-
-    variable count     : natural;
-    variable inside    : boolean;
-    variable negative  : boolean;
-    variable magnitude : natural;
-
-  begin
-
-    count     := 0;
-    inside    := false;
-    negative  := false;
-    magnitude := 0;
-
-    for i in shifts'range loop
-
-      if shifts(i) = ' ' then
-        inside := false;
-      else
-        if not inside then
-          inside := true;
-          count  := count + 1;
-        end if;
-        if count = index + 1 then
-          if shifts(i) = '-' then
-            negative := true;
-          else
-            magnitude := 10 * magnitude + character'pos(shifts(i)) - character'pos('0');
-          end if;
-        end if;
-      end if;
-
-    end loop;
-
-    assert index < count
-      report "a slice that the set does not have"
-      severity failure;
-
-    if negative then
-      return -magnitude;
-    end if;
-
-    return magnitude;
-
-  end function slice_shift;
 
   function centre_offset (
     geometry : geometry_t;

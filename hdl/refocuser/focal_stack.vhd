@@ -21,7 +21,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
-use work.refocus_pkg.all;
+use work.number_set_pkg.all;
 use work.core_pkg.all;
 use work.token_pkg.all;
 use work.refocuser_pkg.all;

@@ -11,6 +11,7 @@ use ieee.std_logic_1164.all;
 
 library work;
 use work.math_pkg.all;
+use work.number_set_pkg.all;
 use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
 use work.core_pkg.all;

@@ -22,7 +22,7 @@ use std.textio.all;
 library work;
 use work.math_pkg.all;
 use work.bench_pkg.all;
-use work.refocus_pkg.all;
+use work.number_set_pkg.all;
 
 entity file_bench is
   generic (

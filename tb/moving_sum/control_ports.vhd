@@ -8,6 +8,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
+use work.number_set_pkg.all;
 use work.refocus_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;

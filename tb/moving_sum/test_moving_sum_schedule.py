@@ -21,6 +21,7 @@ from plenofir_tb.runner import draw_seed, vhdl_simulator
 TOP = "moving_sum_schedule"
 PACKAGES = (
     "math_pkg",
+    "number_set_pkg",
     "refocus_pkg",
     "arithmetic_pkg",
     "core_pkg",

@@ -288,7 +288,7 @@ def test_widths_and_texts(elaborator: Elaborator, tmp_path: Path) -> None:
     """The packages' functions of generics have the values of integers of any size."""
     rng = seeded()
     cases = [*width_cases(rng, 60), *text_cases(rng, 150)]
-    used = ("refocus", "arithmetic", "core", "sharpen", "sharpness")
+    used = ("number_set", "refocus", "arithmetic", "core", "sharpen", "sharpness")
     kinds = ["boolean" if value in ("true", "false") else "integer" for _, value in cases]
     lines = [
         *("library work;", *(f"use work.{name}_pkg.all;" for name in used)),
