@@ -221,10 +221,12 @@ architecture rtl of frame_sequencer is
   signal state : state_t := AT_RESET;
   signal step  : step_t;
 
-  -- The pixel on offer starts a frame, is in excess of its line, or has a place in no frame.
+  -- The pixel on offer starts a frame, is in excess of its line, or has a place in no frame. offered: size and slice
+  -- of the frame that the pixel may start.
   signal new_start      : std_logic;
   signal excess         : std_logic;
   signal stray          : std_logic;
+  signal offered        : frame_t;
   signal size_supported : std_logic;
 
   -- Parts of `state` for waveforms, because GHDL writes no records into them: the token's place, the frame's slice.
@@ -238,6 +240,11 @@ begin
   rows_left  <= state.frame.rows_left;
   slice_held <= state.frame.slice;
 
+  -- PIXELS_PER_CLOCK is a power of two, so a shift gives the last token of a line: no division.
+  offered.last_column <= resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);
+  offered.rows_left   <= unsigned(rows) - 1;
+  offered.slice       <= slice;
+
   size_supported <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                     '0';
 
@@ -248,7 +255,7 @@ begin
 
   -- All that follows the decision uses its few bits alone, and the branches give `take` and the marks of a frame beside
   -- `send`, so that the logic stays shallow. A stray pixel is dropped without delaying a flush.
-  decide : process (state, columns, rows, slice, s_axis_tvalid, new_start, stray, credit, drained) is
+  decide : process (state, columns, rows, offered, s_axis_tvalid, new_start, stray, credit, drained) is
 
     -- The next band, and the next frame, may not begin yet.
     variable band_waits  : boolean;
@@ -302,17 +309,15 @@ begin
                 now.send := empty;
               end if;
             end if;
-          elsif state.open_frame = '1' then
+          elsif state.open_frame = '1' and new_start = '1' then
             -- A start of frame inside a frame waits until the frame cut short has ended.
-            if new_start = '1' then
-              now.breaks_frame := '1';
-            else
-              now.send := stream_pixel;
-              now.take := '1';
-              if band_waits and completes then
-                now.send := empty;
-                now.take := '0';
-              end if;
+            now.breaks_frame := '1';
+          elsif state.open_frame = '1' then
+            now.send := stream_pixel;
+            now.take := '1';
+            if band_waits and completes then
+              now.send := empty;
+              now.take := '0';
             end if;
           -- A new frame is on offer. It waits until the frame before has all the bands and tokens that it must have.
           elsif band_waits and (first_completes or frame_waits) then
@@ -340,13 +345,10 @@ begin
 
     -- The first pixel of a frame takes its size from the ports, the others from the registers.
     if now.starts_frame = '1' then
-      -- PIXELS_PER_CLOCK is a power of two, so a shift gives the last token of a line: no division.
-      now.frame.last_column := resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);
-      now.frame.rows_left   := unsigned(rows) - 1;
-      now.frame.slice       := slice;
-      now.ends_line         := to_logic(unsigned(columns) <= PIXELS_PER_CLOCK);
-      now.ends_frame        := to_logic(unsigned(rows) = 1);
-      now.completes_band    := to_logic(first_completes);
+      now.frame          := offered;
+      now.ends_line      := to_logic(unsigned(columns) <= PIXELS_PER_CLOCK);
+      now.ends_frame     := to_logic(unsigned(rows) = 1);
+      now.completes_band := to_logic(first_completes);
     end if;
 
     now.ends_band := now.sends_pixel and now.ends_line and now.completes_band;
