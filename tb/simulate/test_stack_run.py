@@ -92,8 +92,8 @@ def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) ->
         tmp_path / "hdl",
         file_bench.core_sources(),
         "stack_columns.vhd",
-        "GEOMETRY, slice, v)",
-        "GEOMETRY, 0, v)",
+        "entering_age(GEOMETRY, slice, v)",
+        "entering_age(GEOMETRY, 0, v)",
     )
     monkeypatch.setattr(file_bench, "core_sources", lambda: sources)
     raw = np.random.default_rng(2).integers(0, 256, (13, 24), np.uint8)

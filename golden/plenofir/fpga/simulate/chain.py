@@ -40,7 +40,7 @@ _LETTER_US = 1
 LINES_BEHIND = 3
 
 # Only signals that are no records: others are not in a dump of GHDL that GTKWave shows.
-_VIDEO = "path/picture/video/"
+_VIDEO = "path/picture/"
 _RASTER: tuple[Scope, ...] = (
     ("bit", "", "in_rows in_columns h_pulse v_pulse"),
     ("downto", "", "y x"),
