@@ -11,7 +11,7 @@ from plenofir.fpga.resources.record import ECP5_SLOWEST, load_record
 from plenofir.fpga.synthesis.ecp5 import NAMES
 from plenofir.ground.errors import InputError
 from plenofir.plan import Plan, load_scene, make_plan
-from plenofir.plan.scene import scene_files
+from plenofir.plan.loaded_scene import scene_files
 from table_text import put, table
 
 

@@ -86,9 +86,9 @@ from plenofir.plan.designs import (
     is_stack_core,
     stack_core_designs,
 )
+from plenofir.plan.loaded_scene import load_scene, scene_files
 from plenofir.plan.plan import Plan
 from plenofir.plan.planner import make_plan
-from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_top import TOP
 from plenofir_studies import energy, many_pixels, systolic
 from self_test import TOP as SELF_TEST

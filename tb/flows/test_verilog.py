@@ -9,7 +9,7 @@ import pytest
 
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure, top_of
-from plenofir.plan.scene import scene_files
+from plenofir.plan.loaded_scene import scene_files
 from plenofir.plan.verilog import _without_doubles, sizes_header
 from plenofir_tb.flows import EXAMPLES, icarus
 

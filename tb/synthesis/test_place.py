@@ -16,7 +16,7 @@ from plenofir.fpga.synthesis.ecp5 import check_tools, make_netlist, place, write
 from plenofir.ground import project
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.designs import is_nextpnr_board, is_stack_core
-from plenofir.plan.scene import scene_files
+from plenofir.plan.loaded_scene import scene_files
 from plenofir_tb.tools import or_skip
 from self_test import TOP, self_test_generics
 

@@ -15,8 +15,8 @@ from plenofir.fpga.hdmi.modes import find_mode
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.resources.estimate import VIDEO, Block, Estimate, estimate, is_weighed
 from plenofir.ground.errors import InputError
+from plenofir.plan.loaded_scene import LoadedScene
 from plenofir.plan.plan import EngineOption
-from plenofir.plan.scene import LoadedScene
 from plenofir.plan.sensor.board_camera import PlannedCamera, lanes_camera, sensor_camera
 from plenofir.refocus import interpolation_order, sharpening_units
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic

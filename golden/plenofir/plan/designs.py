@@ -17,10 +17,10 @@ from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.synthesis.part_wrapper import TOP, core_call, literal, with_part, wrapped
 from plenofir.fpga.synthesis.spartan6 import Netlist, synthesise
 from plenofir.plan.configure import configure, top_of
+from plenofir.plan.loaded_scene import load_scene, scene_files
 from plenofir.plan.omissions import full_core
 from plenofir.plan.plan import Plan, PlannedSlice
 from plenofir.plan.planner import make_plan
-from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_screen import scene_overlay, slice_colours
 from plenofir.plan.sensor.resampler import ResamplerConfiguration, SensorLogic
 from plenofir.plan.sensor.sensor_bench import CORE as SENSOR

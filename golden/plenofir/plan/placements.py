@@ -5,9 +5,9 @@ from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.resources.record import ECP5_SLOWEST, Placed, load_record
 from plenofir.fpga.synthesis.ecp5 import NAMES
+from plenofir.plan.loaded_scene import load_scene, scene_files
 from plenofir.plan.plan import Plan
 from plenofir.plan.planner import make_plan
-from plenofir.plan.scene import load_scene, scene_files
 
 
 class BesideFull(BaseModel):

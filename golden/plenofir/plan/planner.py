@@ -15,9 +15,9 @@ from plenofir.fpga.resources.estimate import VIDEO, Block, estimate
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.ground.errors import InputError
 from plenofir.plan.choice import Candidate, choose_core, engine_choice
+from plenofir.plan.loaded_scene import LoadedScene
 from plenofir.plan.omissions import extent, full_core, left_out
 from plenofir.plan.plan import Plan, PlannedSlice, planned_sensor
-from plenofir.plan.scene import LoadedScene
 from plenofir.plan.scene_screen import screen_of
 from plenofir.plan.scene_stack import stack_of
 from plenofir.plan.sensor.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines

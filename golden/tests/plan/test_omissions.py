@@ -10,9 +10,9 @@ from plenofir.commands.plan import print_plan
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
+from plenofir.plan.loaded_scene import scene_files
 from plenofir.plan.omissions import full_core
 from plenofir.plan.placements import placed_beside_full
-from plenofir.plan.scene import scene_files
 
 
 def test_border_is_weighed(tmp_path: Path) -> None:

@@ -26,9 +26,9 @@ from plenofir.plan.configure import (
     place_from,
     top_text,
 )
+from plenofir.plan.loaded_scene import scene_files
 from plenofir.plan.plan import Plan
 from plenofir.plan.planner import without_idle_slices
-from plenofir.plan.scene import scene_files
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
 
 

@@ -20,7 +20,7 @@ from plenofir.fpga.boards import BOARDS, board_of
 from plenofir.fpga.hdmi.modes import range_limits
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
-from plenofir.plan.scene import scene_files
+from plenofir.plan.loaded_scene import scene_files
 
 OpenTools = Callable[..., dict[str, Any]]
 RANGE = 4
