@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.commands.plan import print_plan
+from plenofir.commands.plan_lines import print_plan
 from plenofir.fpga.devices import DEVICES
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan

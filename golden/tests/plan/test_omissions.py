@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from written_scenes import scene
 
-from plenofir.commands.plan import print_plan
+from plenofir.commands.plan_lines import print_plan
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
