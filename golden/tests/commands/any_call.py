@@ -29,6 +29,7 @@ from plenofir.camera.calibration import calibrate
 from plenofir.camera.calibration.types_of_lenses import LensTypes
 from plenofir.camera.lightfield.exports import encode_pfm
 from plenofir.camera.rays.camera import CAMERAS
+from plenofir.commands import console
 from plenofir.commands.app import command_line, main
 from plenofir.ground import project
 from plenofir.ground.images import write_png
@@ -319,6 +320,8 @@ def run(words: Words, environment: Mapping[str, str]) -> tuple[int, str, str]:
             patch.object(sys, "argv", ["plenofir", *words]),
             patch.dict(os.environ, {**environment, "PATH": ""}),
             patch.object(tempfile, "tempdir", None),
+            # Lines of steps are told after some seconds, which a loaded machine needs.
+            patch.object(console, "QUIET_SECONDS", 1e6),
             warnings.catch_warnings(),
             redirect_stdout(out),
             redirect_stderr(err),

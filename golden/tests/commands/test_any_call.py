@@ -206,7 +206,8 @@ def check_depth_map(p: Parameters) -> set[str]:
     if is_focused(p):
         return check_pictures(p)
     picture, m = read(p)
-    lenses = [n // m for n in picture.pixels.shape[:2]]
+    step = 1 if p["resolution"] == "sensor" else m
+    lenses = [n // step for n in picture.pixels.shape[:2]]
     maps, pictures = ["disparity.npy"], ["confidence.png"]
     if p["camera"] is not None:
         maps.append("distance_mm.npy")
@@ -230,9 +231,16 @@ def check_calibrate(p: Parameters) -> set[str]:
 
 def check_decode(p: Parameters) -> set[str]:
     found = read_image(Path(p["out"]))
-    if p["raw"].startswith("capture."):
-        m = p["micro_image"] or 9
-        assert found.shape[2] == 3
+    if is_focused(p):
+        out = Path(p["out"])
+        lenses = out.with_name(f"{out.stem}_lenses.png")
+        assert found.shape[:2] == read_image(lenses).shape
+        return {p["out"], str(lenses)}
+    # The others are prepared before they are decoded.
+    if p["raw"] != "white.png":
+        is_grey = p["raw"] == "capture.png"
+        m = p["micro_image"] or (largest_odd_size(load_calibration(p["calib"])) if is_grey else 9)
+        assert found.ndim == (2 if is_grey else 3)
         assert [length % m for length in found.shape[:2]] == [0, 0]
         return {p["out"]}
     capture = read_picture(Path(p["raw"]))
@@ -322,8 +330,8 @@ CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
 }
 
 
-# A calibration of a maker may lie beside the micro images.
-NOTES = re.compile("note: (axes: |.* micro images agree where )")
+# Calibrations may lie beside micro images, or these may not show where they are.
+NOTES = re.compile("note: (axes:|.* micro images (agree where|are not seen)) ")
 
 
 def right(command: Words, call: Call, stock: Path) -> None:

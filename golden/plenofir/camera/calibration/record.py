@@ -29,6 +29,8 @@ _MOST_LENSES = 1 << 22
 Count = Annotated[int, Field(ge=1, le=_LARGEST)]
 Index = Annotated[int, Field(ge=0, lt=_LARGEST)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
+# About 1 at the most; products of it must not overflow.
+Brightness = Annotated[Number, Field(ge=-1000, le=1000)]
 Share = Annotated[float, Field(gt=0, le=1)]
 
 
@@ -83,10 +85,10 @@ class Calibration(BaseModel):
     lenses: tuple[Count, Count]
     grid: Grid
     missing: tuple[tuple[Index, Index], ...] = ()
-    uneven: tuple[tuple[Index, Index, Number], ...] = ()
+    uneven: tuple[tuple[Index, Index, Brightness], ...] = ()
     dark_level: Annotated[Number, Field(ge=0, le=65535)] = 0.0
     shading: tuple[Number, ...]
-    profile: tuple[tuple[Number, ...], ...]
+    profile: tuple[tuple[Brightness, ...], ...]
     residual_px: Annotated[Number, Field(ge=0)]
     used: Annotated[int, Field(ge=1)]
     clipped_share: Annotated[Number, Field(ge=0, le=1)] = 0.0

@@ -91,7 +91,9 @@ def order_of_mosaic(picture: Picture, hint: str | None, where: str) -> BayerOrde
 
 def even_mosaic(pixels: Image, full_scale: int) -> Image:
     """A mosaic whose four colours are made as bright as the brightest: grey levels."""
-    parts = [np.s_[down::2, right::2] for down in (0, 1) for right in (0, 1)]
+    # A single row or column has two of the colours only.
+    rows, columns = (range(min(length, 2)) for length in pixels.shape)
+    parts = [np.s_[down::2, right::2] for down in rows for right in columns]
     means = [float(pixels[part].mean()) for part in parts]
     result = np.empty_like(pixels)
     for part, mean in zip(parts, means, strict=True):

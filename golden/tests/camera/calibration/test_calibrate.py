@@ -268,6 +268,7 @@ def small_calibration() -> Calibration:
         ({"dark_level": 1e300}, "dark_level"),
         ({"shading": [0.0, 1.0]}, "2 shading coefficients"),
         ({"shading": [1e9]}, "too large"),
+        ({"profile": [[1.0, 1e9], [1.0, 1.0]]}, "profile.0.1: .* less than or equal to 1000"),
         ({"shading": []}, "0 shading coefficients"),
         ({"profile": []}, "profile"),
         ({"profile": [[1.0, 1.0], [1.0]]}, "profile"),

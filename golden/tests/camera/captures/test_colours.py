@@ -142,6 +142,11 @@ def test_many_bright_pixels_are_no_defects() -> None:
     assert without_hot_pixels(pixels, 65535, mosaic=False)[1] == 0
 
 
+def test_even_mosaic_of_a_line_has_two_colours() -> None:
+    assert even_mosaic(np.array([[10, 40, 10, 40]], np.uint8), 255).tolist() == [[40] * 4]
+    assert even_mosaic(np.array([[10]], np.uint8), 255).tolist() == [[10]]
+
+
 def test_even_mosaic_has_one_level() -> None:
     even = even_mosaic(mosaic(WHITE), 65535).astype(float)
     means = [even[y::2, x::2].mean() for y in (0, 1) for x in (0, 1)]
