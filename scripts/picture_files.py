@@ -5,6 +5,7 @@ import imageio.v3 as iio
 import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
+from PIL import Image, ImageDraw, ImageFont
 
 from plenofir.camera.plots import figure_pixels
 from plenofir.ground import project
@@ -52,3 +53,13 @@ def reduced(image: Pixels, times: int = 2) -> npt.NDArray[np.uint8]:
 def enlarged(image: Pixels, times: int) -> Pixels:
     """Picture with larger pixels."""
     return image.repeat(times, axis=0).repeat(times, axis=1)
+
+
+def captioned(pictures: dict[str, Pixels], part: tuple[slice, slice]) -> Pixels:
+    """A square part of pictures side by side, enlarged, with their names below."""
+    size = 400
+    sheet = Image.new("RGB", (len(pictures) * (size + 8) - 8, size + 28), "white")
+    for x, (name, picture) in zip(range(0, sheet.width, size + 8), pictures.items(), strict=True):
+        sheet.paste(Image.fromarray(picture[part]).resize((size, size), 0), (x, 0))
+        ImageDraw.Draw(sheet).text((x + 4, size + 3), name, "black", ImageFont.load_default(18))
+    return np.asarray(sheet)

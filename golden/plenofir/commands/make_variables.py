@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from plenofir.commands.options import VARIABLES
+from plenofir.commands.option_names import VARIABLES
 from plenofir.ground.errors import InputError
 
 # Variables of make itself or of other targets; harmless everywhere.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
 
+from plenofir.commands.option_names import FIELDS, VARIABLES
 from plenofir.fpga.names import (
     ENGINE_ROWS,
     SLICE_ENGINE_NAMES,
@@ -27,56 +28,6 @@ ArithmeticKind = Literal["exact", "stored"]
 InterpolationName = Literal["nearest", "linear", "0", "1", "2", "3"]
 Bayer = Literal["rggb", "grbg", "gbrg", "bggr"]
 Pixels = Literal["1", "2", "4", "8", "16", "32"]
-
-VARIABLES = {
-    "RAW": "raw",
-    "CALIB": "calib",
-    "BAYER": "bayer",
-    "M": "micro_image",
-    "A": "a",
-    "SWEEP": "a",
-    "STACK": "a",
-    "RADIUS": "radius",
-    "IOTA": "parallel_rows",
-    "ENGINE": "engine",
-    "ANY_ROWS": "any_rows",
-    "PIXELS": "pixels",
-    "INTERPOLATION": "interpolation",
-    "SHARPEN": "sharpen",
-    "BOX": "box",
-    "BORDER": "border",
-    "ARITH": "arith",
-    "FRACTION": "fraction",
-    "GUARD": "guard",
-    "MAX_COLUMNS": "max_columns",
-    "SIM": "simulator",
-    "CHAIN": "chain",
-    "LANES": "lanes",
-    "RAW_BITS": "raw_bits",
-    "BOARD": "board",
-    "DEVICE": "device",
-    "BEYOND_DATA_SHEET": "beyond_data_sheet",
-    "WAVES": "waves",
-    "WAVES_DEPTH": "waves_depth",
-    "STALLS": "stalls",
-    "SCENE": "scene",
-    "OUT": "out",
-    "ISE": "ise",
-}
-"""Option that each variable of make stands for."""
-
-_FIELDS = {
-    "micro_image_size": "micro_image",
-    "shifts": "a",
-    "order": "interpolation",
-    "pixels_per_clock": "pixels",
-    "arithmetic": "arith",
-    "sharpening": "sharpen",
-    "boxes": "box",
-    "fraction_bits": "fraction",
-    "guard_bits": "guard",
-}
-"""Option of a field of the core or an argument of a function, where the names differ."""
 
 # Each entry: an option, the option that decides whether it can be used, and with which values.
 _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
@@ -133,7 +84,7 @@ def typed(option: str, value: str = "") -> str:
 
 def named(field: str, options: Container[str]) -> str:
     """A field as the user typed it, where it is one of these options of the command."""
-    option = field if field in options else {**VARIABLES, **_FIELDS}.get(field, field)
+    option = field if field in options else {**VARIABLES, **FIELDS}.get(field, field)
     return typed(option) if option in options else field
 
 

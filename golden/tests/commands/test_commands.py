@@ -18,6 +18,7 @@ from plenofir.camera.lightfield.indexing import compose
 from plenofir.commands import options
 from plenofir.commands.app import main
 from plenofir.commands.make_variables import arguments_of_make
+from plenofir.commands.option_names import VARIABLES
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture, encode_png, read_picture, write_png
@@ -31,7 +32,7 @@ SCENE = str(project.root() / "scenes" / "rgb-480p.toml")
 def plenofir(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], tmp_path: Path):
     """Run the command in this process: exit code and both outputs."""
     monkeypatch.chdir(tmp_path)
-    for name in (*options.VARIABLES, "MAKEFLAGS"):
+    for name in (*VARIABLES, "MAKEFLAGS"):
         monkeypatch.delenv(name, raising=False)
 
     def run(*arguments: str) -> tuple[int, str, str]:
@@ -106,7 +107,7 @@ def test_options_agree_with_what_they_choose() -> None:
     sim = {parameter.name: parameter for parameter in COMMANDS["sim",].params}
     assert sim["micro_image"].default == FLOWER_MICRO_IMAGE_SIZE
     taken = {p.name for words in (("sim",), ("bitstream", "build")) for p in COMMANDS[words].params}
-    assert set(options.VARIABLES.values()) <= taken
+    assert set(VARIABLES.values()) <= taken
 
 
 def test_one_syntax_of_focus_settings() -> None:
@@ -269,7 +270,7 @@ def test_bad_combinations_of_make(
 
 def by_hand(variables: dict[str, str]) -> list[str]:
     """Options that a user types instead of make's variables."""
-    flags = {name: "--" + of.replace("_", "-") for name, of in options.VARIABLES.items()}
+    flags = {name: "--" + of.replace("_", "-") for name, of in VARIABLES.items()}
     arguments = ["--engine=stack"] if "STACK" in variables else []
     for name, value in variables.items():
         switch = name == "ANY_ROWS"
@@ -296,8 +297,8 @@ def test_bad_combinations_by_hand(
         where, other = "A", "SCENE"
     other = "ENGINE=stack" if other == "STACK" else other
     name, _, value = other.partition("=")
-    named = "--" + options.VARIABLES[name].replace("_", "-") + (f" {value}" if value else "")
-    flag = "--" + options.VARIABLES[where].replace("_", "-")
+    named = "--" + VARIABLES[name].replace("_", "-") + (f" {value}" if value else "")
+    flag = "--" + VARIABLES[where].replace("_", "-")
     assert f"cannot be combined with {named};" in refusal_of(errors, flag)
     assert "=" not in errors.replace(SCENE, "")
     assert not any(tmp_path.iterdir())
