@@ -34,8 +34,8 @@ LANES = CoreConfiguration(
         (CORE, "divide_round.vhd", "NUMERATOR_BITS) + HALF;", "NUMERATOR_BITS);"),
         (CORE, "axis_fifo.vhd", "elsif word_moves = '1' then", "elsif m_axis_tready = '1' then"),
         (ARRAY, "lane_exchange.vhd", "source(i) <= earlier(i - 1);", "source(i) <= earlier(i);"),
-        (SLICES, "frame_sequencer.vhd", "now.frame.slice       := slice;",
-         "now.frame.slice       := state.frame.slice;"),
+        (SLICES, "frame_sequencer.vhd", "offered.slice       <= slice;",
+         "offered.slice       <= state.frame.slice;"),
         (LANES, "stream_shell.vhd", "if j <= place then", "if j < place then"),
     ],
 )  # fmt: skip
