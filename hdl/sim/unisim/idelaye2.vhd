@@ -87,21 +87,22 @@ begin
 
     variable random   : natural := hash(idelaye2'path_name);
     variable since    : time    := 0 fs;
+    variable faulty   : time    := 0 fs;
     variable stubborn : boolean := false;
 
   begin
 
-    -- Without faults only the ports move the delay, so a simulation can end.
+    wait on c, ld, delay_faults;
+
+    -- Each fault comes with a clock.
     if delay_faults = 0 then
-      wait on c, ld, delay_faults;
-    else
-      wait on c, ld, delay_faults for GOOD;
-      if not (c'event or ld'event or delay_faults'event) then
-        random  := (random * 25173 + 13849 + delay_faults mod 65536) mod 65536;
-        taps    <= (random / 16) mod (HIGHEST + 1);
-        blocked <= blocked or (random / 2048) mod 2 = 0;
-      end if;
+      faulty := now;
+    elsif now - faulty >= GOOD then
+      faulty   := now;
       stubborn := delay_faults mod 2 = 1;
+      random   := (random * 25173 + 13849 + delay_faults mod 65536) mod 65536;
+      taps     <= (random / 16) mod (HIGHEST + 1);
+      blocked  <= blocked or (random / 2048) mod 2 = 0;
     end if;
 
     -- A long LD frees every blocked line, a short one only a line that is not stubborn.
