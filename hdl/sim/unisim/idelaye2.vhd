@@ -45,9 +45,9 @@ architecture behaviour of idelaye2 is
 
   constant TAP     : time     := integer(15625000.0 / REFCLK_FREQUENCY) * 1 fs;
   constant HIGHEST : positive := 31;
-  -- Time between two faults; an LD shorter than LONG_ENOUGH belongs to a search, a longer one to a restart.
-  constant GOOD        : time := 20 us;
-  constant LONG_ENOUGH : time := 1 us;
+  -- Time between two faults; clocks of LD that a search does not reach (it takes 17), a restart of C does.
+  constant GOOD        : time    := 20 us;
+  constant LONG_ENOUGH : natural := 32;
 
   -- Another number for each delay line of a design.
 
@@ -86,13 +86,13 @@ begin
   control : process is
 
     variable random   : natural := hash(idelaye2'path_name);
-    variable since    : time    := 0 fs;
+    variable loads    : natural := 0;
     variable faulty   : time    := 0 fs;
     variable stubborn : boolean := false;
 
   begin
 
-    wait on c, ld, delay_faults;
+    wait on c, delay_faults;
 
     -- Each fault comes with a clock.
     if delay_faults = 0 then
@@ -105,23 +105,21 @@ begin
       blocked  <= blocked or (random / 2048) mod 2 = 0;
     end if;
 
-    -- A long LD frees every blocked line, a short one only a line that is not stubborn.
-    if ld'event and ld = '1' then
-      since := now;
-      if not stubborn then
-        blocked <= false;
-      end if;
-    elsif ld'event and ld = '0' and now - since >= LONG_ENOUGH then
-      blocked <= false;
-    end if;
-
+    -- A short LD frees a line that is not stubborn, a long one every line.
     if rising_edge(c) then
       if ld = '1' then
-        taps <= IDELAY_VALUE;
+        taps  <= IDELAY_VALUE;
+        loads := loads + 1;
+        if loads = LONG_ENOUGH or not stubborn then
+          blocked <= false;
+        end if;
       elsif ce = '1' and inc = '1' then
         taps <= (taps + 1) mod (HIGHEST + 1);
       elsif ce = '1' then
         taps <= (taps + HIGHEST) mod (HIGHEST + 1);
+      end if;
+      if ld = '0' then
+        loads := 0;
       end if;
     end if;
 
