@@ -95,7 +95,7 @@ package refocus_pkg is
   ) return boolean;
 
   -- The geometry of one pass: interpolation of order n appends n passes with the shift 1, each a moving sum of a box.
-  -- They have one slice, or where boxes differ those of the set.
+  -- Such a pass has one slice, or where boxes differ those of the set.
   function pass_geometry (
     geometry : geometry_t;
     pass     : natural

@@ -329,8 +329,8 @@ def sweep(
             save(results, f"refocused_{number:0{len(str(len(planes)))}}_v{depth:.6g}.png", picture)
             show(number, len(planes))
         if everywhere:
-            found = search_depth(field.capture, progress=show)
-            save(results, "all_in_focus.png", sharp(field, found))
+            depths = search_depth(field.capture, progress=show)
+            save(results, "all_in_focus.png", sharp(field, depths))
     print_lines(*field.notes, f"{folder}: {len(planes)} slices", field.look.words())
 
 

@@ -132,10 +132,10 @@ def _print_frames(plan: "Plan") -> None:
             "with the ends of lines",
         )
     if plan.path == "core":
-        kept = f"keeps {plan.kept_mhz:g} MHz" if plan.kept_mhz else "has no known clock"
+        trusted = f"keeps {plan.kept_mhz:g} MHz" if plan.kept_mhz else "has no known clock"
         print_line(
             "clock",
-            f"built for {plan.built_mhz:g} MHz; the {plan.part} {kept}"
+            f"built for {plan.built_mhz:g} MHz; the {plan.part} {trusted}"
             + " (assumed: no open tool places it in this grade)" * plan.chip.assumed,
         )
     if plan.blanking is not None:

@@ -184,11 +184,11 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
         edam: dict[str, Any] = {"name": top, "toplevel": top, "files": files}
         if tool.flow:
             flow = {"gowin": Gowin, "vivado": Vivado}[name]
-            made = flow({**edam, "flow_options": tool.options(device)}, work)
+            project = flow({**edam, "flow_options": tool.options(device)}, work)
             if tool.alone == "context" and top == TOP:
                 # Out of context there is no bitstream to make.
-                made.commands.set_default_target("synth")
-            made.configure()
+                project.commands.set_default_target("synth")
+            project.configure()
         else:
             edam["tool_options"] = {name: tool.options(device)}
             get_edatool(name)(edam, work).configure()

@@ -178,8 +178,8 @@ class SumLayout:
                 together[max(phases)].add(min(phases))
         groups: list[int] = []
         for phase in range(m):
-            taken = {groups[other] for other in together[phase] if other < phase}
-            groups.append(min(set(range(m)) - taken))
+            others = {groups[other] for other in together[phase] if other < phase}
+            groups.append(min(set(range(m)) - others))
         return tuple(groups)
 
     @cached_property

@@ -62,8 +62,8 @@ class DepthScale:
             return None
         values = np.asarray(inverse, dtype=np.float64)
         unknown = np.isnan(values)
-        found = self.model.distance(1 / (np.where(unknown, 1.0, values) * self._pitch))
-        return Distances(np.where(unknown, np.nan, found.mm), found.states)
+        planes = self.model.distance(1 / (np.where(unknown, 1.0, values) * self._pitch))
+        return Distances(np.where(unknown, np.nan, planes.mm), planes.states)
 
     def sharpest(self) -> tuple[float, ...]:
         """1 / v between micro images at which each type of the camera's lenses is sharpest."""
