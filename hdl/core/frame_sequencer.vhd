@@ -118,17 +118,19 @@ architecture rtl of frame_sequencer is
     modulus : integer range -1 to larger(BAND_MODULUS - 2, 0);
   end record waits_t;
 
+  -- at_first is '1' after a reset and stands first, because GHDL 2.0 synthesises a constant of 64, 96 ... bits as 0 if
+  -- only its last 32 bits have a '1'.
   type state_t is record
-    mode : mode_t;
+    -- Place in the line. at_first: column = 0; at_last: column = frame.last_column.
+    at_first : std_logic;
+    at_last  : std_logic;
+    column   : unsigned(COLUMN_BITS - 1 downto 0);
+    turn     : turn_t;
+    mode     : mode_t;
     -- open_frame: a frame is under way; start_lasts: its mark of start lasts.
     open_frame  : std_logic;
     start_lasts : std_logic;
     frame       : frame_t;
-    -- Place in the line. at_first: column = 0; at_last: column = frame.last_column.
-    column   : unsigned(COLUMN_BITS - 1 downto 0);
-    at_first : std_logic;
-    at_last  : std_logic;
-    turn     : turn_t;
     -- Place in the frame. at_last_row: the line is the frame's last one; band_row: line within its band; first_band:
     -- the band is the frame's first one.
     at_last_row : std_logic;
@@ -139,15 +141,15 @@ architecture rtl of frame_sequencer is
 
   constant AT_RESET : state_t :=
   (
+    at_first    => '1',
+    at_last     => '0',
+    column      => (others => '0'),
+    turn        => 0,
     mode        => accept,
     open_frame  => '0',
     start_lasts => '0',
     -- Field by field, because NVC gives vectors of one aggregate of others the length of the first.
     frame       => (last_column => (others => '0'), rows_left => (others => '0'), slice => (others => '0')),
-    column      => (others => '0'),
-    at_first    => '1',
-    at_last     => '0',
-    turn        => 0,
     at_last_row => '0',
     band_row    => 0,
     first_band  => '0',
