@@ -294,7 +294,7 @@ def test_more_stacks_as_verilog(
         ),
         pytest.param(
             CoreConfiguration(
-                micro_image_size=3, shifts=(-1, 2), max_columns=12, border="normalise"
+                micro_image_size=3, shifts=(-1, 2), max_columns=20, pixel_bits=4, border="normalise"
             ),
             marks=pytest.mark.slow,
         ),
