@@ -148,12 +148,18 @@ def grid_registers(
     """Registers of a calibration.
 
     `precision`: bits; the defaults if None. Result: the registers, and how far they are from the
-    calibration. Raises `InputError` if the chip cannot follow the grid: staggered columns, M larger
-    than the pitch, an image of more than `LARGEST_SIDE` pixels.
+    calibration. Raises `InputError` if the chip cannot follow the grid: staggered columns, a focused
+    camera, M larger than the pitch, an image of more than `LARGEST_SIDE` pixels.
     """
     bits, m, grid = precision or Precision(), micro_image_size, calibration.grid
     check_micro_image_size(calibration, m, "native")
     layout = grid.layout
+    if calibration.lens_types is not None:
+        raise InputError(
+            "is a calibration of a focused camera, which the chip cannot resample yet; "
+            "plenofir refocus, stack and develop can",
+            where=where,
+        )
     if layout == "hexagonal-columns":
         raise InputError(
             "the lenses stand in columns (hexagonal-columns); turn the camera by 90 "

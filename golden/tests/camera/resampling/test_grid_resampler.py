@@ -10,6 +10,7 @@ import pytest
 from scipy import ndimage
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid, decode
+from plenofir.camera.calibration.types_of_lenses import LensTypes
 from plenofir.camera.resampling import (
     GridRegisters,
     Precision,
@@ -182,6 +183,9 @@ def test_grids_that_the_chip_cannot_follow_are_refused() -> None:
         grid_registers(camera((60, 60), 6.0, 0.0, "hexagonal-columns"), 3)
     with pytest.raises(InputError, match="at most 6"):
         grid_registers(camera((60, 60), 6.0, 0.0, "rectangular"), 7)
+    focused = {"lens_types": LensTypes(pattern=(0,), sharpest=(0.4,))}
+    with pytest.raises(InputError, match="calibration of a focused camera"):
+        grid_registers(camera((60, 60), 6.0, 0.0, "hexagonal-rows", **focused), 3)
     even = regular_grid((100, 100), 8.0)
     bent = [*even.coefficients, (0.0, 0.3), (0.0, 0.0), (0.0, 0.0)]
     grid = even.model_copy(update={"order": 2, "coefficients": tuple(bent)})
