@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sessions in docs/registers.md, word for word, against the VHDL, also on PYNQ."""
+"""The sessions in docs/registers.md, word for word, and the example, against the VHDL."""
 
+import contextlib
+import io
 import os
 import random
 import re
+import runpy
 import sys
 import tempfile
 from collections.abc import Callable
@@ -32,6 +35,7 @@ LINUX, PYNQ = (
     block.replace("1280, 720", f"{COLUMNS}, {ROWS}")
     for block in re.findall(r"^```python\n(.*?)^```", PAGE, re.S | re.M)
 )
+EXAMPLE = project.root() / "examples" / "linux" / "refocus.py"
 BASE = 0x43C0_0000
 
 
@@ -94,6 +98,9 @@ class Words:
             await First(RisingEdge(self.dut.interrupt), late)
         return bool(int(self.dut.interrupt.value))
 
+    def close(self) -> None:
+        """The simulated bus stays."""
+
     @resume
     async def read(self, address: int) -> int:
         return await self.master.read(address)
@@ -143,6 +150,33 @@ async def on_linux(dut: Any) -> None:
     errors, counters = await bridge(state)()
     assert errors == set()
     assert counters.lines_in == counters.lines_out == ROWS * len(slices)
+
+
+@cocotb.test()
+async def by_the_example(dut: Any) -> None:
+    """The example for Linux sweeps: each frame's slice is printed and comes out."""
+    Clock(dut.clk, 10, "ns").start()
+    camera = Camera(dut)
+    dut.reset.value = 1
+    await ClockCycles(dut.clk, 3)
+    dut.reset.value = 0
+    await RisingEdge(dut.clk)
+    cocotb.start_soon(camera.run())
+    main, said = runpy.run_path(str(EXAMPLE))["main"], io.StringIO()
+    sizes = [str(COLUMNS), str(ROWS)]
+
+    def run() -> int:
+        with contextlib.redirect_stdout(said):
+            return main([*sizes, "--address", hex(BASE), "--sweep", "1", "--frames", "4"])
+
+    with mock.patch("plenofir.driver.Memory", return_value=Words(dut)) as opened:
+        assert await bridge(run)() == 0
+    # The last frame whose beginning was seen.
+    await ClockCycles(dut.clk, 2 * COLUMNS * ROWS)
+    opened.assert_called_once_with(BASE)
+    printed = re.findall(r"^slice (\d+)$", said.getvalue(), re.M)
+    assert [int(number) for number in printed] == camera.check()[:4]
+    assert said.getvalue().endswith("no faults\n")
 
 
 @cocotb.test()

@@ -5,7 +5,7 @@
 calibrations and distances nothing but Python's own library is used.
 """
 
-from plenofir.driver.accesses import SerialBridge, Uio, Window, find_uio
+from plenofir.driver.accesses import Memory, SerialBridge, Uio, Window, find_uio
 from plenofir.driver.core import Core, Counters, Description
 from plenofir.driver.registers import Access, Registers
 
@@ -14,6 +14,7 @@ __all__ = [
     "Core",
     "Counters",
     "Description",
+    "Memory",
     "Registers",
     "SerialBridge",
     "Uio",

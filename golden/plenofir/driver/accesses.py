@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ways to the words of a core: Linux UIO, a serial bridge, a window into a larger bus.
+"""Ways to the words of a core: Linux UIO, physical memory, a serial bridge, a window into a bus.
 
 PYNQ's ``MMIO`` and ``DefaultIP``, and LiteX's ``RemoteClient`` behind a `Window`, are such ways as
 they are.
@@ -37,26 +37,22 @@ class Window:
         self._access.write(self._base + address, value)
 
 
-class Uio:
-    """A core as a device of Linux' userspace I/O, ``/dev/uioN``: its registers and its interrupt.
+class _Mapped:
+    """The page of a file from a place on, as words of 32 bits."""
 
-    `device` is its file. InputError if it cannot be opened and mapped.
-    """
+    def __init__(self, file: str | Path, place: int, wanted: str) -> None:
+        def fail(why: str) -> InputError:
+            return InputError(f"cannot be {why}; it must be {wanted}", where=str(file))
 
-    def __init__(self, device: str | Path) -> None:
         try:
-            self._file = os.open(device, os.O_RDWR | os.O_SYNC)
+            self._file = os.open(file, os.O_RDWR | os.O_SYNC)
         except OSError as error:
-            raise InputError(
-                f"cannot be opened ({error.strerror}); it must be a UIO device", where=str(device)
-            ) from None
+            raise fail(f"opened ({error.strerror})") from None
         try:
-            self._memory = mmap.mmap(self._file, _BYTES)
-        except (OSError, ValueError) as error:
+            self._memory = mmap.mmap(self._file, _BYTES, offset=place)
+        except (OSError, ValueError, OverflowError) as error:
             os.close(self._file)
-            raise InputError(
-                f"cannot be mapped ({error}); it must be a UIO device", where=str(device)
-            ) from None
+            raise fail(f"mapped at {place:#x} ({error})") from None
         # One access of 32 bits each: slices of bytes would be several.
         self._words = memoryview(self._memory).cast("I")
 
@@ -68,6 +64,36 @@ class Uio:
         """Write the word at an address."""
         self._words[address // 4] = value
 
+    def close(self) -> None:
+        """Give the file back."""
+        self._words.release()
+        self._memory.close()
+        os.close(self._file)
+
+
+class Memory(_Mapped):
+    """A core at a physical address, a multiple of 4096, through ``/dev/mem``; without interrupt.
+
+    Only root may open that file. InputError if it cannot be opened or mapped.
+    """
+
+    def __init__(self, base: int, device: str | Path = "/dev/mem") -> None:
+        if base < 0 or base % _BYTES:
+            raise InputError(
+                f"{base:#x} is no multiple of {_BYTES:#x}", where="address of the core"
+            )
+        super().__init__(device, base, "the memory of a processor, opened as root")
+
+
+class Uio(_Mapped):
+    """A core as a device of Linux' userspace I/O, ``/dev/uioN``: its registers and its interrupt.
+
+    `device` is its file. InputError if it cannot be opened and mapped.
+    """
+
+    def __init__(self, device: str | Path) -> None:
+        super().__init__(device, 0, "a UIO device")
+
     def wait(self, timeout_s: float) -> bool:
         """Wait for an interrupt; whether one came. The kernel masks it, so it is let through."""
         os.write(self._file, (1).to_bytes(4, "little"))
@@ -75,12 +101,6 @@ class Uio:
             return False
         os.read(self._file, 4)
         return True
-
-    def close(self) -> None:
-        """Give the device back."""
-        self._words.release()
-        self._memory.close()
-        os.close(self._file)
 
 
 def find_uio(name: str = "plenofir", classes: Path = _UIO) -> Path:

@@ -2,7 +2,9 @@
 """The driver's accesses, each against a foreign counterpart, and its refusals."""
 
 import contextlib
+import io
 import os
+import runpy
 import socket
 import subprocess
 import sys
@@ -10,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.driver import Core, SerialBridge, Uio, Window, find_uio
+from plenofir.driver import Core, Memory, SerialBridge, Uio, Window, find_uio
 from plenofir.driver.registers import ADDRESSES, NEEDS
 from plenofir.errors import InputError
 from plenofir.ground import project
@@ -53,6 +55,44 @@ def test_uio_refuses(tmp_path: Path) -> None:
     (tmp_path / "short").write_bytes(b"")
     with pytest.raises(InputError, match=r"short: cannot be mapped"):
         Uio(tmp_path / "short")
+
+
+def test_memory_is_the_page_at_an_address(tmp_path: Path) -> None:
+    file = tmp_path / "mem"
+    file.write_bytes(bytes(4096) + bytes(range(16)) + bytes(4080))
+    core = Memory(0x1000, file)
+    assert core.read(4) == 0x07060504
+    core.write(8, 0x12345678)
+    core.close()
+    assert file.read_bytes()[0x1008:0x100C] == bytes.fromhex("78563412")
+    with pytest.raises(InputError, match=r"address of the core: 0x1001 is no multiple of 0x1000"):
+        Memory(0x1001, file)
+    with pytest.raises(InputError, match=r"mem: cannot be mapped at 0x9000 .*opened as root"):
+        Memory(0x9000, file)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([], "cannot be opened"),
+        (["--address", "0x43C00001"], "is no multiple of 0x1000"),
+        (["--overlay", "plenofir.bit"], "an overlay needs the core's address"),
+        (["--focus", "near"], "argument --focus: invalid Fraction value: 'near'"),
+    ],
+)
+def test_the_example_refuses_in_one_line(
+    words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = project.root() / "examples" / "linux" / "refocus.py"
+    monkeypatch.setattr("plenofir.driver.find_uio", lambda: tmp_path / "uio9")
+    main, errors = runpy.run_path(str(file))["main"], io.StringIO()
+    with contextlib.redirect_stderr(errors):
+        try:
+            code = main(["1280", "720", *words])
+        except SystemExit as stopped:
+            code = stopped.code
+    assert code == 2
+    assert said in errors.getvalue().splitlines()[-1]
 
 
 def test_find_uio(tmp_path: Path) -> None:
