@@ -3,6 +3,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import sysconfig
@@ -133,6 +134,14 @@ def test_the_wheel_holds_what_commands_read(tmp_path: Path) -> None:
         if file.is_file() and "__pycache__" not in file.parts:
             assert str(file.relative_to(root / "golden")) in names, file
     assert not [name for name in names if "__pycache__" in name]
+    # Any system takes it: no code of one, and file names that Windows and macOS tell apart.
+    assert wheel.name.endswith("-py3-none-any.whl")
+    assert not [name for name in names if re.search(r'[<>:"\\|?*]|[. ](/|$)|[^ -~]', name)]
+    stems = {part.partition(".")[0].lower() for name in names for part in name.split("/")}
+    assert not [stem for stem in stems if re.fullmatch("aux|con|nul|prn|com[0-9]|lpt[0-9]", stem)]
+    assert len({name.lower() for name in names}) == len(names)
+    # Windows takes 260 characters; a user's site-packages take about 110 of them.
+    assert max(map(len, names)) < 150
 
 
 def test_what_a_user_imports() -> None:

@@ -109,7 +109,7 @@ def find_uio(name: str = "plenofir", classes: Path = _UIO) -> Path:
     InputError if there is none or more than one.
     """
     entries = sorted(classes.glob("uio*/name"))
-    devices = {file.parent.name: file.read_text().strip() for file in entries}
+    devices = {file.parent.name: file.read_text(encoding="utf-8").strip() for file in entries}
     fitting = [device for device, text in devices.items() if name in text]
     if len(fitting) == 1:
         return Path("/dev") / fitting[0]

@@ -67,7 +67,9 @@ def _bits(enumeration: Mapping[str, Any]) -> int:
     return max(len(enumeration.get("element", ())) - 1, 1).bit_length()
 
 
-_MAP = tomllib.loads((project.root() / "hdl" / "axi" / "registers.toml").read_text())
+_MAP = tomllib.loads(
+    (project.root() / "hdl" / "axi" / "registers.toml").read_text(encoding="utf-8")
+)
 _REGISTERS = _registers({n: e for n, e in _MAP.items() if e.get("type") != "constant"})
 
 IDENTIFICATION_VALUE: int = _MAP["identification_value"]["value"]

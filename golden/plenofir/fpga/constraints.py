@@ -47,7 +47,7 @@ def described_crossings() -> Mapping[str, tuple[Crossing, ...]]:
     """Crossings by the entity that has them, from the files beside the VHDL."""
     crossings = {}
     for file in sorted((root() / "hdl").rglob("*.toml")):
-        paths = tomllib.loads(file.read_text()).get("path", ())
+        paths = tomllib.loads(file.read_text(encoding="utf-8")).get("path", ())
         if paths:
             crossings[file.stem] = tuple(
                 Crossing(p["to"], p["limit"], p.get("from")) for p in paths

@@ -12,7 +12,10 @@ from plenofir.ground.project import root
 def _listed(path: str) -> list[Path]:
     """What a list below ``hdl`` names, each beside it."""
     listing = input_file(root() / "hdl" / path)
-    return [input_file(listing.parent / line) for line in listing.read_text().splitlines()]
+    return [
+        input_file(listing.parent / line)
+        for line in listing.read_text(encoding="utf-8").splitlines()
+    ]
 
 
 def hdl_sources() -> list[Path]:
@@ -45,7 +48,7 @@ def with_packages(sources: Sequence[Path], packages: Mapping[str, str], folder: 
     if missing := packages.keys() - {source.stem for source in sources}:
         raise ValueError(f"no source is named {' or '.join(sorted(missing))}")
     for name, text in packages.items():
-        (folder / f"{name}.vhd").write_text(text)
+        (folder / f"{name}.vhd").write_text(text, encoding="utf-8")
     return [folder / s.name if s.stem in packages else s for s in sources]
 
 

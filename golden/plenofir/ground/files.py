@@ -207,7 +207,7 @@ def publish_run(folder: Path, out: Path, report: str) -> None:
     content = json.loads((folder / report).read_bytes()) | {"files": names}
     others = [name for name in names if name != report]
     content["sha256"] = {name: checksum(folder / name) for name in others}
-    (folder / report).write_text(json.dumps(content, indent=2) + "\n")
+    (folder / report).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
     old = {out / name for name in _of_earlier_run(out / report).difference(names)}
     read = {path.resolve() for path in _inputs.get() or ()}
     remove_results(path for path in old if path.is_file() and path.resolve() not in read)

@@ -53,7 +53,7 @@ def needed_sources(
         for name in used_units(text) | used_components(text).difference(left_out):
             if name in by_name and name not in needed and name != entity:
                 needed.add(name)
-                waiting.append(by_name[name].read_text())
+                waiting.append(by_name[name].read_text(encoding="utf-8"))
     return [source for source in sources if source.stem in needed]
 
 
@@ -205,13 +205,13 @@ def _board_top(plan: Plan) -> dict[str, str]:
         return {
             **packages,
             f"{top}.vhd": top_level.top_with_generics(generics, top),
-            f"{top}{constraints.suffix}": constraints.read_text(),
+            f"{top}{constraints.suffix}": constraints.read_text(encoding="utf-8"),
         }
     if board.own_mode is not None:
         return {
             **packages,
             f"{board.top}.vhd": top_level.top_with_generics(generics, board.top),
-            f"{board.top}.cst": board.constraints.read_text(),
+            f"{board.top}.cst": board.constraints.read_text(encoding="utf-8"),
             f"{board.top}.sdc": gowin.clock_constraints(board.own_mode),
         }
     if board.flow == "vivado":
@@ -226,7 +226,7 @@ def _board_top(plan: Plan) -> dict[str, str]:
         return {
             **packages,
             f"{board.top}.vhd": top,
-            f"{board.top}.xdc": board.constraints.read_text() + limits.text("xdc"),
+            f"{board.top}.xdc": board.constraints.read_text(encoding="utf-8") + limits.text("xdc"),
         }
     if board.flow == "nextpnr":
         clock_range = clock_range_of(plan)
@@ -235,12 +235,12 @@ def _board_top(plan: Plan) -> dict[str, str]:
         return {
             **packages,
             f"{board.top}.vhd": top_level.top_with_generics(generics, board.top),
-            f"{board.top}.lpf": board.constraints.read_text()
+            f"{board.top}.lpf": board.constraints.read_text(encoding="utf-8")
             + nextpnr.frequencies(board, fastest_mhz),
         }
     return {
         **packages,
         f"{board.top}.vhd": top_level.top_with_generics(generics),
-        f"{board.top}.ucf": ise.constraints_file().read_text(),
+        f"{board.top}.ucf": ise.constraints_file().read_text(encoding="utf-8"),
         f"{board.top}.xst": ise.xst_script(),
     }

@@ -136,8 +136,8 @@ def _with_parallel_camera(plan: Plan, out: Path) -> list[Path]:
         )
     generics = {**board_generics(core, PARALLEL), "ROWS": plan.rows}
     own = out / f"{PARALLEL}.vhd"
-    own.write_text(top_with_generics(generics, PARALLEL))
-    return [*needed_sources(own.read_text(), PARALLEL, hdl.all_sources()), own]
+    own.write_text(top_with_generics(generics, PARALLEL), encoding="utf-8")
+    return [*needed_sources(own.read_text(encoding="utf-8"), PARALLEL, hdl.all_sources()), own]
 
 
 def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -> list[str]:
@@ -163,7 +163,7 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
         sources = (_with_parallel_camera if parallel else configure)(plan, Path(configured))
         if top == PINS_TOP:
             sources = [*sources, Path(configured) / f"{PINS_TOP}.vhd"]
-            sources[-1].write_text(pins_text(plan))
+            sources[-1].write_text(pins_text(plan), encoding="utf-8")
         kind = "vhdlSource"
         constraints = Constraints({"clk": plan.built_mhz}, crossings_of(sources))
         if tool.verilog:
@@ -175,11 +175,11 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
         ending, language, kind = tool.constraints
         text = constraints.text(language)
         if plan.path != "core":
-            text = (Path(configured) / f"{top}.{ending}").read_text()
-        (folder / f"{top}.{ending}").write_text(text)
+            text = (Path(configured) / f"{top}.{ending}").read_text(encoding="utf-8")
+        (folder / f"{top}.{ending}").write_text(text, encoding="utf-8")
         files.append({"name": f"{top}.{ending}", "file_type": kind})
         for script, text in _scripts(plan, name, top).items():
-            (folder / script).write_text(text)
+            (folder / script).write_text(text, encoding="utf-8")
             files.append({"name": script, "file_type": "tclSource"})
         edam: dict[str, Any] = {"name": top, "toplevel": top, "files": files}
         if tool.flow:
@@ -193,7 +193,9 @@ def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -
             edam["tool_options"] = {name: tool.options(device)}
             get_edatool(name)(edam, work).configure()
         names = [file["name"] for file in files]
-        (folder / "README").write_text(_readme(plan, tool, top, names, constraints))
+        (folder / "README").write_text(
+            _readme(plan, tool, top, names, constraints), encoding="utf-8"
+        )
         publish_files(folder, out)
         sources_end = {".vhd", ".v"}
         return sorted(p.name for p in folder.iterdir() if p.suffix not in sources_end)

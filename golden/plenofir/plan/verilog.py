@@ -67,7 +67,7 @@ def _named_tables(text: str) -> str:
     def name_at(file: str, line: str, column: str) -> str:
         if file not in lines_of:
             path = Path(file)
-            lines_of[file] = path.read_text().splitlines() if path.is_file() else []
+            lines_of[file] = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
         code = "".join(lines_of[file][int(line) - 1 : int(line)])
         read = re.search(r"(\w+)\($", code[: int(column)]) or re.search(
             r"(\w+)\($", code[: int(column) - 1]
@@ -159,9 +159,11 @@ def verilog_files(
     with tempfile.TemporaryDirectory(prefix="plenofir-") as work:
         folder = Path(work)
         for name, content in written.items():
-            (folder / name).write_text(content)
+            (folder / name).write_text(content, encoding="utf-8")
         places = [folder / path.name if path.name in written else path for path in sources]
-        text = write_verilog(places, top, {}, folder, primitives=library).read_text()
+        text = write_verilog(places, top, {}, folder, primitives=library).read_text(
+            encoding="utf-8"
+        )
         text = _named_tables(text)
     text = _named_modules(_tidy(text), [path.stem for path in sources])
     head = (

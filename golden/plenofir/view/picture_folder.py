@@ -67,7 +67,7 @@ def pictures_page(folder: Path, title: str = "") -> Page:
 def _report(path: Path) -> dict[str, Any]:
     """The report of a run; empty if there is none."""
     try:
-        report: Any = json.loads(input_file(path).read_text())
+        report: Any = json.loads(input_file(path).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return {}
     return report if isinstance(report, dict) else {}

@@ -92,7 +92,7 @@ class Record(_Entry):
 @cache
 def load_record() -> Record:
     """Read the file."""
-    return Record.model_validate(json.loads(FILE.read_text()))
+    return Record.model_validate(json.loads(FILE.read_text(encoding="utf-8")))
 
 
 def save_record(**sections: object) -> Record:

@@ -97,7 +97,7 @@ class Register:
 def registers() -> Iterator[Register]:
     """All registers of the map, ``hdl/axi/registers.toml``, in the order of their addresses."""
     content: dict[str, dict[str, Any]] = tomllib.loads(
-        (project.root() / "hdl" / "axi" / "registers.toml").read_text()
+        (project.root() / "hdl" / "axi" / "registers.toml").read_text(encoding="utf-8")
     )
     found = {name: r for name, r in content.items() if r.get("type") != "constant"}
     for number, (name, register) in enumerate(found.items()):

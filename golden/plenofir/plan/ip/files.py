@@ -33,14 +33,14 @@ def write_components(plan: Plan, out: Path) -> list[str]:
                 sources = needed_sources(text, component.entity, hdl.all_sources())
             for source in sources:
                 shutil.copy(source, folder / source.name)
-            (folder / f"{component.entity}.vhd").write_text(text)
+            (folder / f"{component.entity}.vhd").write_text(text, encoding="utf-8")
             names = [*(source.name for source in sources), f"{component.entity}.vhd"]
             files[component.name] = names
             xml = component_xml(component, release, names)
-            (folder / f"{component.name}.xml").write_text(xml)
+            (folder / f"{component.name}.xml").write_text(xml, encoding="utf-8")
         of_vivado = scripts(plan, parts, files, release)
         for name, text in {**of_vivado, "README": _readme(plan, parts, of_vivado)}.items():
-            (folder / name).write_text(text)
+            (folder / name).write_text(text, encoding="utf-8")
         publish_files(folder, out)
         return sorted(path.name for path in folder.iterdir() if path.suffix != ".vhd")
 

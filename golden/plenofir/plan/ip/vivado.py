@@ -38,7 +38,7 @@ def scripts(
     }
     lines = [f"# The scene {plan.scene} for the scripts beside this file.", ""]
     lines += [f"set {name} {tcl(value)}" for name, value in facts.items()]
-    texts = {name: Path(__file__).with_name(name).read_text() for name in names}
+    texts = {name: Path(__file__).with_name(name).read_text(encoding="utf-8") for name in names}
     return {SCENE: "\n".join([*lines, ""]), **texts}
 
 

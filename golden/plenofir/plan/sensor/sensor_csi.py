@@ -194,7 +194,7 @@ class CsiSimulation(Simulation):
             waves=place.waves,
             poll=output_poll(output, core.channels, place.progress),
         )
-        lines = (directory / "clocks.txt").read_text().splitlines()
+        lines = (directory / "clocks.txt").read_text(encoding="utf-8").splitlines()
         pairs = [(name, int(value)) for name, value in map(str.split, lines)]
         counts = dict(pairs)
         _check(counts, [value for name, value in pairs if name == "count"], frames, self.raw)

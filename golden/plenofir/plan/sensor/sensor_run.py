@@ -271,10 +271,10 @@ def run_raw(
             decode_rms=float(np.sqrt(np.mean(apart**2.0))),
             stalls=stalls,
         )
-        content = json.loads((results / REPORT).read_text())
+        content = json.loads((results / REPORT).read_text(encoding="utf-8"))
         content["raw"] = as_text(sensor.raw.name)
         content["sensor"] = sensor_report.model_dump()
-        (results / REPORT).write_text(json.dumps(content, indent=2) + "\n")
+        (results / REPORT).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
         publish_run(results, out, REPORT)
     return report, sensor_report
 
