@@ -148,8 +148,8 @@ def grid_registers(
     """Registers of a calibration.
 
     `precision`: bits; the defaults if None. Result: the registers, and how far they are from the
-    calibration. Raises `InputError` if the chip cannot follow the grid: staggered columns, a focused
-    camera, M larger than the pitch, an image of more than `LARGEST_SIDE` pixels.
+    calibration. Raises `InputError` if the chip cannot follow the grid: staggered columns, a
+    focused camera, M larger than the pitch, an image of more than `LARGEST_SIDE` pixels.
     """
     bits, m, grid = precision or Precision(), micro_image_size, calibration.grid
     check_micro_image_size(calibration, m, "native")
