@@ -8,41 +8,34 @@ and `shift` a' = a M, both in pixels; `align` is as in `output_offset`, `order` 
 interpolation (`interpolated_sums`); `where` names the input in messages.
 """
 
-from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from plenofir.ground.errors import InputError
-from plenofir.ground.extras import missing
 from plenofir.refocus.arithmetic import (
     Arithmetic,
     ExactArithmetic,
     StoredProductArithmetic,
     error_against_operator,
 )
-from plenofir.refocus.border import Border, check_border
+from plenofir.refocus.border import Border
 from plenofir.refocus.by_place import chosen
 from plenofir.refocus.checks import (
     MAX_INTERPOLATION_ORDER,
     Align,
     Interpolation,
     Region,
-    check_align,
     check_out,
     check_raw,
     interpolation_order,
-    region_ranges,
     whole_number,
 )
 from plenofir.refocus.first_calls import refocus_image
 from plenofir.refocus.operator import (
     Image,
-    box_size,
-    clamped_shift,
     gather_sums,
     interpolated_sums,
     least_box,
@@ -52,6 +45,7 @@ from plenofir.refocus.operator import (
     scatter_sums,
 )
 from plenofir.refocus.pictures import Aperture, best_picture, real_focus
+from plenofir.refocus.settings import checked
 from plenofir.refocus.sharpening import (
     Sharpen,
     automatic_units,
@@ -65,7 +59,7 @@ from plenofir.refocus.shifts import (
     shift_to_name,
     shift_to_text,
 )
-from plenofir.refocus.slices import Slice
+from plenofir.refocus.stacks import refocus_stack
 from plenofir.refocus.switches import FilterLayout, filter_lines
 from plenofir.refocus.threads import processors
 
@@ -99,6 +93,7 @@ __all__ = [
     "real_focus",
     "refocus",
     "refocus_by_place",
+    "refocus_stack",
     "refocus_sums",
     "scatter_sums",
     "setting_names",
@@ -106,35 +101,6 @@ __all__ = [
     "shift_to_name",
     "shift_to_text",
 ]
-
-
-_NO_ARRAY = "must be an array of NumPy, CuPy or PyTorch, not {}"
-
-
-def _like(raw: Any) -> Image:
-    """NumPy array with the shape and type of another library's array, but without its data."""
-    try:
-        from array_api_compat import array_namespace
-
-        xp = array_namespace(raw)
-    except ModuleNotFoundError as error:
-        if error.name == "array_api_compat" and hasattr(raw, "__dlpack__"):
-            raise missing(error.name) from None
-        raise InputError(_NO_ARRAY.format(type(raw).__name__), where="raw") from None
-    except TypeError:
-        raise InputError(_NO_ARRAY.format(type(raw).__name__), where="raw") from None
-    for kind in (np.uint8, np.uint16):
-        if raw.dtype == getattr(xp, kind.__name__):
-            return _stand_in(kind, tuple(raw.shape))
-    raise InputError(
-        f"has pixels of type {raw.dtype}; they must be unsigned integers of 8 or 16 bit",
-        where="raw",
-    )
-
-
-@lru_cache(256)
-def _stand_in(kind: type[np.generic], shape: tuple[int, ...]) -> Image:
-    return np.broadcast_to(kind(0), shape)
 
 
 def refocus(
@@ -215,78 +181,16 @@ def refocus(
     InputError
         If the image, M, a or an option is not supported.
     """
-    other_library = not isinstance(raw, np.ndarray)
-    if other_library:
-        # Checks need only shape and type, so pixels are not copied from the GPU.
-        pixel_bits = 8 * check_raw(_like(raw), M).itemsize
-    else:
-        raw = check_raw(raw, M)
-        pixel_bits = 8 * raw.itemsize
-    options = align, interpolation, sharpen, border, box, upsample
-    try:
-        slice_ = _whole(tuple(raw.shape), pixel_bits, M, a, *options)
-    except TypeError:  # Values without a hash are refused by name.
-        slice_ = _whole.__wrapped__(tuple(raw.shape), pixel_bits, M, a, *options)
+    raw, slice_ = checked(raw, M, a, align, interpolation, sharpen, border, box, region, upsample)
     if threads is not None:
         threads = whole_number(threads, "threads", 1)
-    if region is not None:
-        rows, columns = slice_.region
-        slice_ = replace(slice_, region=region_ranges(region, (len(rows), len(columns))))
-    if other_library:
-        from plenofir.refocus.arrays import device_refocus
+    if not isinstance(raw, np.ndarray):
+        from plenofir.refocus.arrays import device_stack
 
-        return cast("Image", device_refocus(raw, slice_, out))
+        return cast("Image", device_stack(raw, [slice_], slice_.result_shape, out))
     if out is not None:
         check_out(out, raw, slice_.result_shape)
     return refocus_image(raw, slice_, out=out, threads=threads)
-
-
-# Films have the same settings for each frame, and checking them takes longer than a GPU's picture.
-@lru_cache(1024, typed=True)
-def _whole(
-    shape: tuple[int, ...],
-    pixel_bits: int,
-    M: int,  # noqa: N803
-    a: int | str | Fraction,
-    align: Align,
-    interpolation: Interpolation,
-    sharpen: Sharpen,
-    border: Border,
-    box: int | None,
-    upsample: bool,
-) -> Slice:
-    """The slice of a whole picture by a user's settings; refuses those that are not possible."""
-    M = int(M)  # noqa: N806
-    shift = focus_to_shift(a, M)
-    check_align(align)
-    check_border(border)
-    order = interpolation_order(interpolation)
-    if not upsample and (shift % M or order):
-        raise InputError(
-            "one pixel for each micro lens needs an integer a and nearest neighbour, not "
-            f"a = {shift_to_text(shift, M)} with order {order}",
-            where="upsample",
-        )
-    size = box_size(M, shift, box)
-    units = sharpening_units(sharpen, M, shift, order, box=size)
-    if units and not upsample:
-        raise InputError(
-            f"one pixel for each micro lens takes off or auto, not {sharpen}", where="sharpen"
-        )
-    step = 1 if upsample else M
-    return Slice(
-        shape,
-        pixel_bits,
-        M,
-        clamped_shift(M, shift, shape),
-        (range(shape[0] // step), range(shape[1] // step)),
-        align=align,
-        order=order,
-        units=units,
-        upsample=upsample,
-        normalise=border == "normalise",
-        box_samples=size,
-    )
 
 
 def refocus_by_place(

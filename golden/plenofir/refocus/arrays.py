@@ -7,7 +7,7 @@ stay where they are. Their method is that of `plenofir.refocus.operator.moving_s
 integers.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from math import prod
 from typing import Any, NamedTuple
@@ -22,19 +22,21 @@ from plenofir.refocus.border import arrived
 from plenofir.refocus.slices import Slice
 
 
-def device_refocus(raw: Any, slice_: Slice, out: Any = None) -> Any:
-    """Refocus an array of any library, arguments checked by the caller.
+def device_stack(raw: Any, slices: Sequence[Slice], shape: tuple[int, ...], out: Any = None) -> Any:
+    """Refocus an array of any library to slices of one region, arguments checked by the caller.
 
-    `out`: array of the library to write the result to. Raises `InputError` if it is none.
+    `shape`: of the result, in which slices follow each other. `out`: array of the library to write
+    the result to. Raises `InputError` if it is none.
     """
     xp = array_namespace(raw)
     if out is not None:
-        _check_out(xp, out, raw, slice_.result_shape)
-    if 0 in slice_.result_shape:
-        return xp.zeros(slice_.result_shape, dtype=raw.dtype, device=device(raw))
-    result = _on_gpu(xp, raw, slice_, out)
+        _check_out(xp, out, raw, shape)
+    if 0 in shape:
+        return xp.zeros(shape, dtype=raw.dtype, device=device(raw))
+    result = _on_gpu(xp, raw, lambda gpu: _refocused(xp, gpu, raw, slices, shape, out))
     if result is None:
-        result = xp.reshape(_by_library(xp, raw, slice_), slice_.result_shape)
+        pictures = [_by_library(xp, raw, slice_) for slice_ in slices]
+        result = xp.reshape(pictures[0] if len(slices) == 1 else xp.stack(pictures), shape)
     if out is None or result is out:
         return result
     try:
@@ -182,8 +184,8 @@ def _gpu_of(xp: Any, array: Any) -> _Gpu | None:
     return None
 
 
-def _on_gpu(xp: Any, raw: Any, slice_: Slice, out: Any) -> Any | None:
-    """The result from an NVIDIA GPU, in `out` itself where the GPU can write there at once.
+def _on_gpu(xp: Any, raw: Any, work: Callable[[_Gpu], Any]) -> Any | None:
+    """What `work` makes on the NVIDIA GPU that holds an array.
 
     Result: None where there is no such GPU, or its own code cannot run.
 
@@ -194,24 +196,8 @@ def _on_gpu(xp: Any, raw: Any, slice_: Slice, out: Any) -> Any | None:
     if gpu is None:
         return None
     try:
-        from plenofir.refocus.gpu.program import refocus_at
-
         with gpu.active:
-            pixels = _contiguous(xp, raw)
-            picture = out
-            if (
-                out is None
-                or _contiguous(xp, out) is not out
-                or _overlap(pixels, out, slice_.pixel_bits)
-            ):
-                picture = xp.empty(slice_.result_shape, dtype=raw.dtype, device=device(raw))
-            reached = [
-                xp.asarray(weight, device=device(raw))
-                for weight in (_weights(slice_) if slice_.normalise else ())
-            ]
-            down, across = map(_address, reached) if reached else (0, 0)
-            at = (_address(pixels), _address(picture), down, across)
-            return picture if refocus_at(slice_, at, gpu.stream(), gpu.number) else None
+            return work(gpu)
     except Exception as failure:
         lacks = isinstance(failure, ModuleNotFoundError) and failure.name
         error = missing(lacks) if lacks else failure
@@ -219,6 +205,34 @@ def _on_gpu(xp: Any, raw: Any, slice_: Slice, out: Any) -> Any | None:
             "gpu", f"the library's own operations refocus, which takes longer ({_reason(error)})"
         )
         return None
+
+
+def _refocused(
+    xp: Any, gpu: _Gpu, raw: Any, slices: Sequence[Slice], shape: tuple[int, ...], out: Any
+) -> Any | None:
+    """The slices from a GPU, in `out` itself where the GPU can write there at once."""
+    from plenofir.refocus.gpu.program import Tiles, run_tiles
+
+    pixels = _contiguous(xp, raw)
+    picture = out
+    if (
+        out is None
+        or _contiguous(xp, out) is not out
+        or _overlap(pixels, out, slices[0].pixel_bits)
+    ):
+        picture = xp.empty(shape, dtype=raw.dtype, device=device(raw))
+    reached = _reached(xp, raw, slices)
+    down, across = map(_address, reached) if reached else (0, 0)
+    at = Tiles(_address(pixels), _address(picture), down, across)
+    return picture if run_tiles(slices, at, gpu.stream(), gpu.number) else None
+
+
+def _reached(xp: Any, raw: Any, slices: Sequence[Slice]) -> list[Any]:
+    """Weights of all outputs of a column, and of a line, for each slice; none without a need."""
+    if not slices[0].normalise:
+        return []
+    weights = zip(*map(_weights, slices), strict=True)
+    return [xp.asarray(np.stack(each), device=device(raw)) for each in weights]
 
 
 def _contiguous(xp: Any, array: Any) -> Any:

@@ -13,7 +13,6 @@ from plenofir.ground.errors import InputError
 from plenofir.refocus import (
     ExactArithmetic,
     StoredProductArithmetic,
-    clamped_shift,
     focus_to_shift,
     interpolated_sums,
     refocus,
@@ -22,6 +21,7 @@ from plenofir.refocus import (
     shift_to_name,
     shift_to_text,
 )
+from plenofir.refocus.operator import clamped_shift
 
 pytestmark = pytest.mark.quick
 

@@ -2,8 +2,10 @@
 """The constants in front of ``refocus.cu``: those of a slice, and of the tiles it is made in.
 
 Code is compiled for them, so places within a lens, lengths of loops and divisors are constants.
+Slices of a stack have tiles of one size.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from itertools import product
@@ -16,9 +18,8 @@ _UNROLLED_STEPS, _UNROLLED_WORDS = 192, 128
 # Outputs of a segment of a line: fewer repeat more additions, more leave threads without work.
 _SEGMENT_OUTPUTS = 32
 _ROW_CHOICES = (1, 2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 32)
-# Shared memory that code may have without asking for it when it starts.
-_STATIC_BYTES = 48 * 1024
 _THREAD_CHOICES = (128, 256, 384, 512)
+_BOTH = True, False
 
 
 def _warm_steps(slice_: Slice) -> int:
@@ -82,17 +83,18 @@ class Tile:
     padded: bool  # columns outside of the picture are there, as zeros
     unrolled: bool
     threads: int  # of a block
-    shared_bytes: int  # that its sums and pixels take
+    shared_bytes: int  # that its places of lines, sums and pixels take
     offset_type: str  # of C, for places in the raw picture
+    cost: float  # additions for a pixel, as far as others do not hide them
 
-    def blocks(self, region: tuple[range, range]) -> tuple[int, int]:
-        """Tiles beside each other and below each other that hold a region of the picture.
+    def blocks(self, slices: int, region: tuple[range, range]) -> tuple[int, int]:
+        """Blocks beside each other and below each other that make a region of a stack.
 
-        The first one begins at a whole segment.
+        The first tile begins at a whole segment.
         """
         rows, columns = region
         width = columns.stop - columns.start // self.segment * self.segment
-        return -(-width // self.columns), -(-len(rows) // self.rows)
+        return slices * -(-width // self.columns), -(-len(rows) // self.rows)
 
 
 def _reach(slice_: Slice, segment: int) -> tuple[int, int]:
@@ -104,17 +106,18 @@ def _reach(slice_: Slice, segment: int) -> tuple[int, int]:
     return max(0, (m - 1) * slope) - first, last - min(0, (m - 1) * slope)
 
 
-def tile_of(slice_: Slice, shared_limit: int) -> Tile | None:
-    """The tile that needs the fewest additions for a slice.
-
-    `shared_limit`: bytes of shared memory that a block may have. None: not even one row fits.
-    """
-    step, channels = slice_.step, slice_.channels
-    rows, columns = slice_.shape[:2]
-    # Whole lenses, so that places in a lens are constants.
+def _segment(slice_: Slice) -> int:
+    """Outputs of a line that one thread makes: whole lenses, so that their places are constants."""
     unit = slice_.micro_image_size if slice_.upsample else 1
-    segment = unit * -(-_SEGMENT_OUTPUTS // unit)
-    segments = -(-max(1, columns // step) // segment)
+    return unit * -(-_SEGMENT_OUTPUTS // unit)
+
+
+def _tile(
+    slice_: Slice, width: int, padded: bool, height: int, threads: int, shared_limit: int
+) -> Tile | None:
+    """A tile of `height` by `width` outputs; None if it takes too much shared memory."""
+    step, channels, segment = slice_.step, slice_.channels, _segment(slice_)
+    rows, columns = slice_.shape[:2]
     words = (slice_.order + 1) * (slice_.box // step) + 2 * slice_.lens
     unrolled = (
         run_steps(slice_, max(segment, _ROW_CHOICES[-1])) <= _UNROLLED_STEPS
@@ -124,50 +127,94 @@ def tile_of(slice_: Slice, shared_limit: int) -> Tile | None:
     behind -= step * (segment - 1)
     column_bytes, pixel_bytes = _BYTES[_Sums.of(slice_).column], slice_.pixel_bits // 8
     offset_type = "unsigned" if rows * columns * channels >> 31 == 0 else "long long"
-    offset_bytes = _BYTES[offset_type]
-    best: tuple[float, Tile] | None = None
-    for parts in range(1, segments + 1):
-        width = segment * -(-segments // parts)
-        padded_columns = step * (width - 1) + 1 + before + behind
-        for padded, height, threads in product((True, False), _ROW_CHOICES, _THREAD_CHOICES):
-            held = max(0, padded_columns if padded else min(padded_columns, columns))
-            samples = height * channels
-            shared = samples * (held * column_bytes + width * pixel_bytes)
-            lines = offset_bytes * run_steps(slice_, height)
-            if shared + lines > shared_limit or lines > _STATIC_BYTES:
-                continue
-            # Threads without work wait for the others.
-            column_rounds = -(-held * channels // threads)
-            line_rounds = -(-samples * (width // segment) // threads)
-            work = threads * (
-                column_rounds * run_steps(slice_, height)
-                + line_rounds * run_steps(slice_, segment) * (1.5 if padded else 2)
-            )
-            # Blocks beside each other hide the time that memory takes.
-            beside = min(shared_limit // shared, 2048 // threads)
-            cost = work / (height * width) * (1 + 1 / (1 + beside * threads / 256))
-            if best is None or cost < best[0]:
-                tile = Tile(
-                    height,
-                    width,
-                    segment,
-                    before,
-                    behind,
-                    held,
-                    padded,
-                    unrolled,
-                    threads,
-                    shared,
-                    offset_type,
-                )
-                best = cost, tile
-        if width == segment:
-            break
-    return best[1] if best else None
+    padded_columns = step * (width - 1) + 1 + before + behind
+    held = max(0, padded_columns if padded else min(padded_columns, columns))
+    samples = height * channels
+    lines = -(-_BYTES[offset_type] * run_steps(slice_, height) // 16) * 16
+    shared = lines + samples * (held * column_bytes + width * pixel_bytes)
+    if shared > shared_limit:
+        return None
+    # Threads without work wait for the others.
+    column_rounds = -(-held * channels // threads)
+    line_rounds = -(-samples * (width // segment) // threads)
+    work = threads * (
+        column_rounds * run_steps(slice_, height)
+        + line_rounds * run_steps(slice_, segment) * (1.5 if padded else 2)
+    )
+    # Blocks beside each other hide the time that memory takes.
+    beside = min(shared_limit // shared, 2048 // threads)
+    cost = work / (height * width) * (1 + 1 / (1 + beside * threads / 256))
+    return Tile(
+        height,
+        width,
+        segment,
+        before,
+        behind,
+        held,
+        padded,
+        unrolled,
+        threads,
+        shared,
+        offset_type,
+        cost,
+    )
 
 
-def source(slice_: Slice, tile: Tile) -> str:
-    """The text of the kernel for a slice's tiles, which slices of other sizes may share."""
+def tiles_of(slices: Sequence[Slice], shared_limit: int) -> list[Tile] | None:
+    """The tile of each slice of a stack, of one size, that need the fewest additions.
+
+    `shared_limit`: bytes of shared memory that a block may have. None: not even one row fits.
+    """
+    segment = _segment(slices[0])
+    outputs = max(1, slices[0].shape[1] // slices[0].step)
+    segments = -(-outputs // segment)
+    widths = sorted({segment * -(-segments // parts) for parts in range(1, segments + 1)})
+    best: list[Tile] | None = None
+    for width, height, threads in product(widths, _ROW_CHOICES, _THREAD_CHOICES):
+        tiles = []
+        for slice_ in slices:
+            both = (_tile(slice_, width, padded, height, threads, shared_limit) for padded in _BOTH)
+            fitting = [tile for tile in both if tile is not None]
+            if not fitting:
+                break
+            tiles.append(min(fitting, key=_cost))
+        else:
+            if best is None or sum(map(_cost, tiles)) < sum(map(_cost, best)):
+                best = tiles
+    return best
+
+
+def _cost(tile: Tile) -> float:
+    return tile.cost
+
+
+def _text(name: str) -> str:
+    return files("plenofir.refocus.gpu").joinpath(name).read_text("utf-8")
+
+
+def source(slices: Sequence[Slice], tiles: Sequence[Tile]) -> str:
+    """The text of the kernel for a stack's tiles, which slices of other sizes may share."""
+    body = _text("refocus.cu")
+    parts = [
+        f"namespace slice{number} {{\n{_constants(slice_, tile)}\n{body}}}"
+        for number, (slice_, tile) in enumerate(zip(slices, tiles, strict=True))
+    ]
+    cases = (f"case {n}: slice{n}::tile({n}, ARGUMENTS); break;" for n in range(len(slices)))
+    head = [
+        f"constexpr int SLICES = {len(slices)};",
+        f"constexpr int THREADS = {tiles[0].threads};",
+        f"typedef {_pixel(slices[0])} Pixel;",
+        f"#define CASES {' '.join(cases)}",
+    ]
+    return "\n".join([*head, *parts, _text("stack.cu")])
+
+
+def _pixel(slice_: Slice) -> str:
+    return "unsigned char" if slice_.pixel_bits == 8 else "unsigned short"
+
+
+def _constants(slice_: Slice, tile: Tile) -> str:
+    """What stands in front of ``refocus.cu``."""
     filter_, m, sums = slice_.taps, slice_.micro_image_size, _Sums.of(slice_)
     whole_lenses = not slice_.upsample or tile.segment % m == 0
     numbers = {
@@ -189,7 +236,6 @@ def source(slice_: Slice, tile: Tile) -> str:
         "LOW": tile.low,
         "HIGH": tile.high,
         "HELD_COLUMNS": tile.held_columns,
-        "THREADS": tile.threads,
         "GROUPS": gcd(slice_.shift, m),
         "VIEWS_APART": m // gcd(slice_.shift, m),
     }
@@ -200,7 +246,6 @@ def source(slice_: Slice, tile: Tile) -> str:
         "UNROLLED": tile.unrolled,
     }
     types = {
-        "Pixel": "unsigned char" if slice_.pixel_bits == 8 else "unsigned short",
         "ColumnSum": sums.column,
         "RunningColumn": sums.running,
         "LineSum": sums.line,
@@ -213,5 +258,4 @@ def source(slice_: Slice, tile: Tile) -> str:
         f"constexpr LineSum FULL = {slice_.full};",
         f"constexpr int FIRST_VIEW[M] = {{{', '.join(map(str, _first_views(slice_)))}}};",
     ]
-    text = files("plenofir.refocus.gpu").joinpath("refocus.cu").read_text("utf-8")
-    return "\n".join(lines) + "\n" + text
+    return "\n".join(lines)

@@ -1,25 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Code for a slice on an NVIDIA GPU: compiled at its first use, kept on disk, launched.
+"""Code for stacks of slices on an NVIDIA GPU: compiled at its first use, kept on disk, launched.
 
 NVIDIA's ``cuda-core`` compiles (NVRTC), loads and launches; arrays come as addresses, so those of
 any library do, and the work is queued on that library's own stream.
 """
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from plenofir.ground import compiling
 from plenofir.ground.kept_code import Files, KeptCode
-from plenofir.refocus.gpu.constants import source, tile_of
+from plenofir.refocus.gpu.constants import source, tiles_of
 from plenofir.refocus.slices import Slice
 
 # Blocks may share a multiprocessor's memory with one more of their kind, and each takes 1 KiB more.
 _BLOCKS_BESIDE = 2
 _RESERVED_BYTES = 1024
+
+MOST_SLICES = 16
+"""Slices that are compiled into one kernel: each takes the compiler a second."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +42,7 @@ class Stream:
 def _files() -> Files | None:
     """Where code is kept, by its source text; None where no folder can be written."""
     try:
-        return KeptCode(tile_of, []).files
+        return KeptCode(tiles_of, []).files
     except (RuntimeError, OSError):
         return None
 
@@ -50,12 +55,12 @@ def _compiled(text: str, architecture: str) -> bytes:
     kept, key = _files(), (text, architecture, nvrtc.nvrtcVersion())
     code: bytes | None = kept.load(key) if kept else None
     if code is None:
-        compiling.begin("refocus_tile")
+        compiling.begin("refocus_tiles")
         try:
             options = ProgramOptions(std="c++17", arch=architecture)
             code = bytes(Program(text, "c++", options).compile("cubin").code)
         finally:
-            compiling.end("refocus_tile")
+            compiling.end("refocus_tiles")
         if kept:
             with suppress(OSError):
                 kept.save(key, code)
@@ -72,15 +77,15 @@ def _code_or_failure(text: str, architecture: str) -> bytes | Exception:
 
 
 class Launch(NamedTuple):
-    """All that a call for pictures of one slice needs."""
+    """All that a call for pictures of one stack needs."""
 
     kernel: Any  # a Kernel of cuda-core
     config: Any  # its LaunchConfig
 
 
 @lru_cache(256)
-def launch_of(slice_: Slice, device: int) -> Launch | None:
-    """Code and grid for a slice on a device.
+def launch_of(slices: tuple[Slice, ...], device: int) -> Launch | None:
+    """Code and grid for a stack on a device.
 
     None: not even one row of a tile fits into a block's memory. Raises what cuda-core raises where
     it cannot compile or load the code.
@@ -92,34 +97,57 @@ def launch_of(slice_: Slice, device: int) -> Launch | None:
     properties = gpu.properties
     limit = properties.max_shared_memory_per_block_optin
     shared = properties.max_shared_memory_per_multiprocessor // _BLOCKS_BESIDE - _RESERVED_BYTES
-    tile = tile_of(slice_, min(limit, shared)) or tile_of(slice_, limit)
-    if tile is None:
+    tiles = tiles_of(slices, min(limit, shared)) or tiles_of(slices, limit)
+    if tiles is None:
         return None
     major, minor = gpu.compute_capability
-    code = _code_or_failure(source(slice_, tile), f"sm_{major}{minor}")
+    code = _code_or_failure(source(slices, tiles), f"sm_{major}{minor}")
     if isinstance(code, Exception):
         raise code
-    kernel = ObjectCode.from_cubin(code).get_kernel("refocus_tile")
-    kernel.attributes[gpu].max_dynamic_shared_size_bytes = tile.shared_bytes
-    grid = tile.blocks(slice_.region)
-    return Launch(kernel, LaunchConfig(grid, block=tile.threads, shmem_size=tile.shared_bytes))
+    kernel = ObjectCode.from_cubin(code).get_kernel("refocus_tiles")
+    shared = max(tile.shared_bytes for tile in tiles)
+    kernel.attributes[gpu].max_dynamic_shared_size_bytes = shared
+    grid = tiles[0].blocks(len(slices), slices[0].region)
+    return Launch(kernel, LaunchConfig(grid, block=tiles[0].threads, shmem_size=shared))
 
 
-def refocus_at(
-    slice_: Slice, addresses: tuple[int, int, int, int], stream: int, device: int
-) -> bool:
-    """Queue the refocusing of a slice on a stream of a device.
+class Tiles(NamedTuple):
+    """What a stack's tiles are made from and written to: addresses, and 0 for what is not used."""
 
-    `addresses`: the raw picture and the region's, both contiguous; for a normalised border the
-    weights of all outputs of a column and of a line, in 64 bits each. Result: False if the GPU has
-    too little shared memory.
+    raw: int
+    out: int  # the slices, or the one picture that has each lens from its sharpest slice
+    reached_rows: int = 0  # weights of all outputs of a column, for each slice, in 64 bits
+    reached_columns: int = 0
+    lens_sums: int = 0  # luma of each lens in each slice, in 64 bits, to be added to
+    sharpest: int = 0  # a slice for each lens, in 8 bits
+
+
+def run_tiles(slices: Sequence[Slice], at: Tiles, stream: int, device: int) -> bool:
+    """Queue the tiles of a stack on a stream of a device.
+
+    `slices`: of one image and one region. The raw picture and the results are contiguous; of a
+    normalised border the weights are needed. Result: False if the GPU has too little shared memory.
     """
     from cuda.core import launch
 
-    planned = launch_of(slice_, device)
-    if planned is None:
+    one, count = slices[0], len(slices)
+    rows, columns = one.shape[:2]
+    m, step = one.micro_image_size, one.step
+    picture = prod(one.result_shape) * one.pixel_bits // 8
+    lenses = -(-rows // m) * -(-columns // m)
+    ends = [end for part in one.region for end in (part.start, part.stop)]
+    firsts = range(0, count, MOST_SLICES)
+    planned = [launch_of(tuple(slices[first : first + MOST_SLICES]), device) for first in firsts]
+    if None in planned:
         return False
-    ends = (end for part in slice_.region for end in (part.start, part.stop))
-    numbers = (np.int32(number) for number in (*slice_.shape[:2], *ends))
-    launch(Stream(stream), planned.config, planned.kernel, *addresses, *numbers)
+    for first, each in zip(firsts, planned, strict=True):
+        assert each is not None
+        group = at._replace(
+            out=at.out if at.sharpest else at.out + first * picture,
+            reached_rows=at.reached_rows + 8 * first * (rows // step),
+            reached_columns=at.reached_columns + 8 * first * (columns // step),
+            lens_sums=at.lens_sums and at.lens_sums + 8 * first * lenses,
+        )
+        numbers = map(np.int32, (rows, columns, *ends, first))
+        launch(Stream(stream), each.config, each.kernel, *group, *numbers)
     return True

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The refocusing operator (plenofir.refocus.operator) for a GPU, exact, in one kernel.
+// The refocusing operator (plenofir.refocus.operator) for a GPU, exact: a tile of one slice.
 //
 // A block makes a tile of the picture in three steps with barriers between:
 //
 // 1. A thread runs down a column of samples and keeps moving sums; they go to shared memory.
 // 2. A thread runs along a segment of a line of these sums and divides; quotients go to shared memory.
-// 3. Threads copy the tile to the picture, neighbours side by side.
+// 3. Threads copy the tile to the picture, neighbours side by side. For the depth index of a stack they add the pixels of
+//    each lens instead, or copy only lenses that are sharpest in this slice.
 //
+// This text stands once for each slice of a stack, in a namespace of its own; stack.cu has the kernel.
 // Both runs are `run_of_sums`: a moving sum over the re-ordered line, one more for each order of interpolation, and taps
 // a lens apart. The constants in front of this text (plenofir.refocus.gpu.constants) are those of one kind of picture:
 //
@@ -23,7 +25,6 @@
 //   WHOLE_LENSES                      tiles and segments begin at whole lenses, so that places in a lens are constants
 //   PADDED                            shared memory holds zeros for the columns outside of the picture
 //   UNROLLED                          runs are unrolled, their rings are registers
-//   THREADS                           threads of a block
 //   GROUPS, VIEWS_APART               views that meet at a place: gcd(a', M), and the distance between them
 //   FIRST_VIEW[M]                     the first view that meets at p modulo M, -1 if there is none
 //   HELD_COLUMNS                      columns of sums in shared memory
@@ -36,6 +37,7 @@ constexpr int WARM_STEPS = (ORDER + 1) * (RING - 1);
 constexpr int ROW_STEPS = TILE_ROWS + 2 * LENS + WARM_STEPS;
 constexpr int NO_ROW = -2147483647 - 1;
 constexpr Offset NO_LINE = Offset(-1);
+constexpr int ENTERING_BYTES = (ROW_STEPS * int(sizeof(Offset)) + 15) / 16 * 16;
 
 __device__ inline int rest_of(int place)
 {
@@ -106,24 +108,34 @@ __device__ inline Pixel quotient(LineSum sum, LineSum weight)
     return Pixel(result > LineSum(WHITE) ? LineSum(WHITE) : result);
 }
 
-// Sums of columns, and behind them the tile's picture.
-extern __shared__ __align__(16) unsigned char block_memory[];
-// By step the line that enters the sums of columns; where several do, the row of the first one.
-__shared__ Offset entering[ROW_STEPS];
-
-// x: samples of the raw picture. out: the region of the picture from row_start to before row_stop, and alike for columns.
-// reached_rows, reached_columns: weights of all outputs of a dimension, if NORMALISED.
-extern "C" __global__ void __launch_bounds__(THREADS)
-refocus_tile(const Pixel* __restrict__ x, Pixel* __restrict__ out, const long long* __restrict__ reached_rows,
-             const long long* __restrict__ reached_columns, int rows, int columns, int row_start, int row_stop,
-             int column_start, int column_stop)
+// Makes tile `tile_column` of its line of tiles, of slice `number` of the stack; see stack.cu for the others.
+__device__ __forceinline__ void tile(int number, int first_slice, int tile_column, unsigned char* memory, const Pixel* __restrict__ x,
+                                     Pixel* __restrict__ out, const long long* __restrict__ reached_rows,
+                                     const long long* __restrict__ reached_columns, unsigned long long* lens_sums,
+                                     const unsigned char* __restrict__ sharpest, int rows, int columns, int row_start,
+                                     int row_stop, int column_start, int column_stop)
 {
     const int thread = threadIdx.x;
     const Offset pitch = Offset(columns) * CHANNELS;
     const int row0 = row_start + int(blockIdx.y) * TILE_ROWS;
     // Tiles begin at multiples of a segment, whatever the region is.
-    const int column0 = (column_start / SEGMENT) * SEGMENT + int(blockIdx.x) * TILE_COLUMNS;
+    const int column0 = (column_start / SEGMENT) * SEGMENT + tile_column * TILE_COLUMNS;
     const int row_outputs = rows / STEP, column_outputs = columns / STEP;
+    if (NORMALISED) reached_rows += number * row_outputs, reached_columns += number * column_outputs;
+    // Lenses of the tile in a line of lenses, and lines of lenses that it may cut.
+    constexpr int LENSES = STEP == 1 ? TILE_COLUMNS / M : 0, LENS_ROWS = (TILE_ROWS + M - 2) / M + 1;
+    const int lens_columns = (columns + M - 1) / M, first_lens = column0 / M;
+    if (sharpest) {
+        int here = 0;
+        for (int part = thread; part < LENS_ROWS * LENSES; part += THREADS) {
+            const int t = row0 / M + part / LENSES, s = first_lens + part % LENSES;
+            if (t * M < rows && s < lens_columns) here |= sharpest[t * lens_columns + s] == first_slice + number;
+        }
+        if (!__syncthreads_or(here)) return;
+    }
+    // By step the line that enters the sums of columns; where several do, the row of the first one. Behind them sums of
+    // columns, and the tile's picture.
+    Offset* const entering = (Offset*)memory;
     // Columns of sums that the tile holds.
     int origin = STEP * column0 - LOW, end = STEP * (column0 + TILE_COLUMNS - 1) + HIGH + 1;
     if (!PADDED) {
@@ -131,7 +143,7 @@ refocus_tile(const Pixel* __restrict__ x, Pixel* __restrict__ out, const long lo
         end = end < columns ? end : columns;
     }
     const int width = end > origin ? (end - origin) * CHANNELS : 0;
-    ColumnSum* const sums = (ColumnSum*)block_memory;
+    ColumnSum* const sums = (ColumnSum*)(memory + ENTERING_BYTES);
     Pixel* const picture = (Pixel*)(sums + TILE_ROWS * HELD_COLUMNS * CHANNELS);
     for (int i = thread; i < ROW_STEPS; i += THREADS) {
         const int place = first_place(row0) + STEP * i, view = FIRST_VIEW[rest_of(place)];
@@ -211,13 +223,39 @@ refocus_tile(const Pixel* __restrict__ x, Pixel* __restrict__ out, const long lo
     }
     __syncthreads();
 
+    if (lens_sums) {
+        // Luma of each lens, as far as it lies in the tile.
+        for (int part = thread; part < LENS_ROWS * LENSES; part += THREADS) {
+            const int t = row0 / M + part / LENSES, lens = part % LENSES, left = column0 + lens * M;
+            const int top = t * M > row0 ? t * M - row0 : 0;
+            const int bottom_lens = t * M + M - row0, bottom_here = rows - row0;
+            int bottom = bottom_lens < TILE_ROWS ? bottom_lens : TILE_ROWS;
+            if (bottom > bottom_here) bottom = bottom_here;
+            const int right = left + M < columns ? M : columns - left;
+            if (top >= bottom || right <= 0) continue;
+            unsigned long long sum = 0;
+            for (int r = top; r < bottom; r++) {
+                const Pixel* const line = picture + (r * TILE_COLUMNS + lens * M) * CHANNELS;
+                unsigned of_line = 0;
+                for (int i = 0; i < right * CHANNELS; i++) of_line += CHANNELS > 1 && i % CHANNELS == 1 ? 2 * line[i] : line[i];
+                sum += of_line;
+            }
+            const long long place = (long long)number * ((rows + M - 1) / M) + t;
+            atomicAdd(lens_sums + place * lens_columns + first_lens + lens, sum);
+        }
+        return;
+    }
+
     // The tile's part of the region.
     const int left = column0 > column_start ? column0 : column_start;
     const int right = column0 + TILE_COLUMNS < column_stop ? column0 + TILE_COLUMNS : column_stop;
-    const int samples = (right - left) * CHANNELS;
+    const int samples = (right - left) * CHANNELS, width_out = column_stop - column_start;
+    if (!sharpest) out += (long long)number * (row_stop - row_start) * width_out * CHANNELS;
     for (int r = thread / 32; r < TILE_ROWS && row0 + r < row_stop; r += THREADS / 32) {
         const Pixel* const from = picture + (r * TILE_COLUMNS + left - column0) * CHANNELS;
-        const long long line = (long long)(row0 + r - row_start) * (column_stop - column_start) + left - column_start;
-        for (int i = thread % 32; i < samples; i += 32) out[line * CHANNELS + i] = from[i];
+        Pixel* const to = out + ((long long)(row0 + r - row_start) * width_out + left - column_start) * CHANNELS;
+        const unsigned char* const of_lenses = sharpest + (row0 + r) / M * lens_columns;
+        for (int i = thread % 32; i < samples; i += 32)
+            if (!sharpest || of_lenses[(left + i / CHANNELS) / M] == first_slice + number) to[i] = from[i];
     }
 }

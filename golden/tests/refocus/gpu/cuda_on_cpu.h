@@ -12,6 +12,7 @@
 
 #define __global__
 #define __device__
+#define __forceinline__ inline
 #define __launch_bounds__(threads)
 #define __restrict__
 #define __shared__
@@ -23,14 +24,6 @@ struct Place {
 
 static Place threadIdx, blockIdx;
 
-template <class Pixel>
-struct Arguments {
-    const Pixel* x;
-    Pixel* out;
-    const long long *reached_rows, *reached_columns;
-    int numbers[6];
-};
-
 static constexpr size_t STACK_BYTES = 1 << 18;
 static ucontext_t scheduler;
 static std::vector<ucontext_t> contexts;
@@ -39,7 +32,27 @@ static unsigned running;
 
 static void __syncthreads() { swapcontext(&contexts[running], &scheduler); }
 
+// Threads take turns between barriers, so one counter holds until all have read it.
+static int __syncthreads_or(int here)
+{
+    static int count;
+    if (running == 0) count = 0;
+    count += here != 0;
+    __syncthreads();
+    const int any = count;
+    __syncthreads();
+    return any;
+}
+
+template <class Number>
+static void atomicAdd(Number* to, Number more)
+{
+    *to += more;
+}
+
 static void (*work)();
+// Arguments of the kernel, of 64 bits each.
+static const long long* given;
 
 static void one_thread()
 {
@@ -49,13 +62,16 @@ static void one_thread()
 }
 
 // Runs `work` in all threads of all blocks. Threads that wait at a barrier which others never reach end the process.
-static void run_blocks(unsigned grid_x, unsigned grid_y, unsigned threads, unsigned char* shared, size_t shared_bytes)
+static void run_blocks(void (*kernel)(), const unsigned* grid, unsigned threads, unsigned char* shared,
+                       size_t shared_bytes, const long long* arguments)
 {
+    work = kernel;
+    given = arguments;
     static std::vector<char> stacks;
     stacks.resize(threads * STACK_BYTES);
     contexts.resize(threads);
-    for (blockIdx.y = 0; blockIdx.y < grid_y; blockIdx.y++)
-        for (blockIdx.x = 0; blockIdx.x < grid_x; blockIdx.x++) {
+    for (blockIdx.y = 0; blockIdx.y < grid[1]; blockIdx.y++)
+        for (blockIdx.x = 0; blockIdx.x < grid[0]; blockIdx.x++) {
             memset(shared, 0xa5, shared_bytes);
             ended.assign(threads, false);
             for (unsigned t = 0; t < threads; t++) {

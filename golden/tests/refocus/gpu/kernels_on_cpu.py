@@ -1,90 +1,131 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The GPU's kernel compiled for the processor by g++ (``cuda_on_cpu.h``), to run it in tests."""
+"""Kernels for GPUs on the processor: a stand-in for NVIDIA's ``cuda.core``, by g++.
+
+``cuda_on_cpu.h`` gives blocks, threads and shared memory.
+"""
 
 import ctypes
+import re
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import SimpleNamespace
 from typing import Any
-
-import numpy as np
-
-from plenofir.refocus.border import arrived
-from plenofir.refocus.gpu.constants import Tile, source
-from plenofir.refocus.slices import Slice
 
 _HERE = Path(__file__).parent
 _NAMESPACE = """
-namespace kind{number} {{
-#define refocus_tile refocus_tile_{number}
+namespace text{number} {{
+{renames}
 {source}
-#undef refocus_tile
-alignas(16) unsigned char block_memory[{shared_bytes}];
-static Arguments<Pixel> given;
-static void one_thread()
+alignas(16) unsigned char block_memory[1 << 18];
+"""
+_RUN = """
+static void thread_of_{kernel}() {{ {kernel}({arguments}); }}
+extern "C" void run_{kernel}(const unsigned* grid, unsigned threads, size_t bytes,
+                             const long long* arguments)
 {{
-    const int* n = given.numbers;
-    refocus_tile_{number}(given.x, given.out, given.reached_rows, given.reached_columns,
-                          n[0], n[1], n[2], n[3], n[4], n[5]);
-}}
-}}
-extern "C" void run{number}(unsigned grid_x, unsigned grid_y, const void* arguments)
-{{
-    memcpy(&kind{number}::given, arguments, sizeof kind{number}::given);
-    work = kind{number}::one_thread;
-    run_blocks(grid_x, grid_y, kind{number}::THREADS, kind{number}::block_memory, {shared_bytes});
+    run_blocks(thread_of_{kernel}, grid, threads, block_memory, bytes, arguments);
 }}
 """
+_SIGNATURE = re.compile(r'extern "C" __global__ void.*?(\w+)\(([^()]*)\)\n\{', re.DOTALL)
+
+Run = Callable[[tuple[int, int], int, int, Sequence[int]], None]
+"""Runs a kernel: grid, threads of a block, bytes of shared memory, arguments."""
 
 
-class Arguments(ctypes.Structure):
-    """Arguments of the kernel, as ``cuda_on_cpu.h`` has them."""
-
-    _fields_ = (
-        *((f"pointer{n}", ctypes.c_void_p) for n in range(4)),
-        ("numbers", ctypes.c_int * 6),
-    )
-
-
-class KernelsOnCpu:
-    """Kernels for slices and their tiles, in one library."""
-
-    def __init__(self, folder: Path, kinds: Sequence[tuple[Slice, Tile]]) -> None:
-        self.kinds = kinds
-        parts = [
-            _NAMESPACE.format(number=n, source=source(slice_, tile), shared_bytes=tile.shared_bytes)
-            for n, (slice_, tile) in enumerate(kinds)
-        ]
-        text, library = folder / "kernels.cpp", folder / "kernels.so"
-        text.write_text('#include "cuda_on_cpu.h"\n' + "".join(parts), "utf-8")
+def compiled_kernels(texts: Sequence[str]) -> list[dict[str, Run]]:
+    """The kernels of each text by their names, in one library."""
+    parts = ['#include "cuda_on_cpu.h"\n']
+    names: list[list[str]] = []
+    for number, text in enumerate(texts):
+        signatures = _SIGNATURE.findall(text)
+        names.append([name for name, _ in signatures])
+        renames = "\n".join(f"#define {name} {name}_{number}" for name in names[-1])
+        parts.append(_NAMESPACE.format(number=number, renames=renames, source=text))
+        for name, parameters in signatures:
+            types = (each.rsplit(maxsplit=1)[0] for each in parameters.split(","))
+            arguments = (
+                f"({type_.replace('__restrict__', '')}) given[{n}]" for n, type_ in enumerate(types)
+            )
+            parts.append(_RUN.format(kernel=f"{name}_{number}", arguments=", ".join(arguments)))
+            parts.append(f"#undef {name}\n")
+        parts.append("}\n#undef CASES\n#undef ARGUMENTS\n")
+    with TemporaryDirectory() as folder:
+        source, library = Path(folder) / "kernels.cpp", Path(folder) / "kernels.so"
+        source.write_text("".join(parts), "utf-8")
         options = ["-std=c++17", "-O0", "-w", "-shared", "-fPIC", f"-I{_HERE}"]
-        subprocess.run(["g++", *options, str(text), "-o", str(library)], check=True)
-        self._library = ctypes.CDLL(str(library))
+        subprocess.run(["g++", *options, str(source), "-o", str(library)], check=True)
+        loaded = ctypes.CDLL(str(library))
 
-    def start(
-        self,
-        number: int,
-        addresses: tuple[int, int, int, int],
-        shape: tuple[int, ...],
-        region: tuple[range, range],
-    ) -> None:
-        """Run one of the kernels on arrays, as `plenofir.refocus.gpu.program.refocus_at` does."""
-        ends = (end for part in region for end in (part.start, part.stop))
-        arguments = Arguments(*addresses, (ctypes.c_int * 6)(*shape[:2], *ends))
-        grid = self.kinds[number][1].blocks(region)
-        self._library[f"run{number}"](*map(ctypes.c_uint, grid), ctypes.byref(arguments))
+    def run_of(entry: Any) -> Run:
+        def run(
+            grid: tuple[int, int], threads: int, shared_bytes: int, arguments: Sequence[int]
+        ) -> None:
+            entry(
+                (ctypes.c_uint * 2)(*grid),
+                ctypes.c_uint(threads),
+                ctypes.c_size_t(shared_bytes),
+                (ctypes.c_longlong * len(arguments))(*map(int, arguments)),
+            )
 
-    def refocus(self, number: int, raw: Any, region: tuple[range, range]) -> Any:
-        """The region of a picture by one of the kernels."""
-        kind = self.kinds[number][0]
-        out = np.full((len(region[0]), len(region[1]), *raw.shape[2:]), 77, raw.dtype)
-        reached = [
-            arrived(n, kind.micro_image_size, kind.shift, kind.order, kind.align, kind.box)
-            for n in raw.shape[:2]
-        ]
-        weights = [np.ascontiguousarray(weight[:: kind.step], np.int64) for weight in reached]
-        down, across, pixels, picture = (
-            array.ctypes.data for array in (*weights, np.ascontiguousarray(raw), out)
+        return run
+
+    return [
+        {name: run_of(loaded[f"run_{name}_{number}"]) for name in of_text}
+        for number, of_text in enumerate(names)
+    ]
+
+
+class _Device:
+    """A small GPU of compute capability 8.0."""
+
+    compute_capability = 8, 0
+
+    def __init__(self, number: int) -> None:
+        self.properties = SimpleNamespace(
+            max_shared_memory_per_block_optin=20_000,
+            max_shared_memory_per_multiprocessor=100_000,
         )
-        self.start(number, (pixels, picture, down, across), raw.shape, region)
-        return out
+
+    def set_current(self) -> None:
+        pass
+
+
+class _Code:
+    """What the compiler gives, loaded."""
+
+    def __init__(self, code: bytes) -> None:
+        (self._kernels,) = compiled_kernels([code.decode()])
+
+    from_cubin = classmethod(lambda cls, code: cls(code))
+
+    def get_kernel(self, name: str) -> Any:
+        attributes = {}
+
+        class Attributes:
+            def __getitem__(self, gpu: Any) -> Any:
+                return attributes.setdefault("of", SimpleNamespace())
+
+        return SimpleNamespace(name=name, run=self._kernels[name], attributes=Attributes())
+
+
+def _launch(stream: Any, config: Any, kernel: Any, *arguments: Any) -> None:
+    grid = config.grid if isinstance(config.grid, tuple) else (config.grid, 1)
+    kernel.run(grid, config.block, config.shmem_size, arguments)
+
+
+def cuda_core() -> Any:
+    """A stand-in for the module ``cuda.core``, which compiles as it loads."""
+    return SimpleNamespace(
+        Device=_Device,
+        LaunchConfig=lambda grid, block, shmem_size=0: SimpleNamespace(
+            grid=grid, block=block, shmem_size=shmem_size
+        ),
+        ObjectCode=_Code,
+        ProgramOptions=lambda **options: None,
+        Program=lambda text, kind, options: SimpleNamespace(
+            compile=lambda target: SimpleNamespace(code=text.encode())
+        ),
+        launch=_launch,
+    )

@@ -2,7 +2,6 @@
 """The GPU's refocuser: its kernel on the processor, its compiler where it is, its failures."""
 
 import secrets
-from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction
 from math import gcd
@@ -10,13 +9,13 @@ from math import gcd
 import array_api_strict
 import numpy as np
 import pytest
-from kernels_on_cpu import KernelsOnCpu
+from kernels_on_cpu import compiled_kernels
 
-from plenofir.ground import compiling
 from plenofir.ground.errors import InputError
-from plenofir.refocus import ExactArithmetic, arrays, refocus
+from plenofir.refocus import ExactArithmetic, refocus, refocus_stack
+from plenofir.refocus.border import arrived
 from plenofir.refocus.gpu import program
-from plenofir.refocus.gpu.constants import run_steps, source, tile_of
+from plenofir.refocus.gpu.constants import run_steps, source, tiles_of
 from plenofir.refocus.slices import Slice
 
 SHAPE = (37, 45)
@@ -61,11 +60,27 @@ def drawn_kind(rng):
     return kind, int(rng.integers(4_000, 60_000))
 
 
-def tiled(kinds, rng):
-    """Slices with tiles of few threads, unrolled or not whatever the lengths are."""
-    for kind, limit in kinds:
-        tile = tile_of(kind, limit) or tile_of(kind, 100_000)
-        yield kind, replace(tile, threads=32, unrolled=bool(rng.integers(2)))
+def tiled(kind, limit, rng):
+    """A tile of few threads, unrolled or not whatever the lengths are."""
+    (tile,) = tiles_of([kind], limit) or tiles_of([kind], 100_000)
+    return replace(tile, threads=32, unrolled=bool(rng.integers(2)))
+
+
+def by_kernel(run, kind, tile, raw, region):
+    """The region of a picture by one of the kernels."""
+    out = np.full((len(region[0]), len(region[1]), *raw.shape[2:]), 77, raw.dtype)
+    reached = [
+        arrived(n, kind.micro_image_size, kind.shift, kind.order, kind.align, kind.box)
+        for n in raw.shape[:2]
+    ]
+    weights = [np.ascontiguousarray(weight[:: kind.step], np.int64) for weight in reached]
+    down, across, pixels, picture = (
+        array.ctypes.data for array in (*weights, np.ascontiguousarray(raw), out)
+    )
+    ends = (end for part in region for end in (part.start, part.stop))
+    numbers = (pixels, picture, down, across, 0, 0, *raw.shape[:2], *ends, 0)
+    run(tile.blocks(1, region), tile.threads, tile.shared_bytes, numbers)
+    return out
 
 
 def reference(kind, raw):
@@ -91,33 +106,37 @@ def pictures(kind, rng):
     yield np.full(kind.shape, white, dtype)
 
 
-def test_kernels_equal_the_reference(tmp_path):
+def test_kernels_equal_the_reference():
     seed = secrets.randbits(32)
     print("seed", seed)
     rng = np.random.default_rng(seed)
     kinds = [*KINDS, *(drawn_kind(rng) for _ in range(4))]
-    kernels = KernelsOnCpu(tmp_path, list(tiled(kinds, rng)))
-    for number, (kind, tile) in enumerate(kernels.kinds):
+    tiles = [tiled(kind, limit, rng) for kind, limit in kinds]
+    texts = [source([kind], [tile]) for (kind, _), tile in zip(kinds, tiles, strict=True)]
+    kernels = zip(kinds, tiles, compiled_kernels(texts), strict=True)
+    for (kind, _), tile, kernel in kernels:
         for raw in pictures(kind, rng):
             want = reference(kind, raw)
             for inner in (0, 1):
                 rows, columns = (range(inner, n - inner) for n in want.shape[:2])
-                got = kernels.refocus(number, raw, (rows, columns))
+                got = by_kernel(kernel["refocus_tiles"], kind, tile, raw, (rows, columns))
                 part = want[rows.start : rows.stop, columns.start : columns.stop]
                 assert np.array_equal(got, part), (kind, tile)
 
 
-@pytest.mark.parametrize("architecture", ["sm_80", "sm_90"])
-def test_nvidia_s_compiler_takes_the_source(architecture):
+@pytest.mark.parametrize(
+    ("architecture", "kind"),
+    [
+        ("sm_80", slice_of(5, 3, shape=(500, 700))),
+        ("sm_90", slice_of(6, 4, 2, 3, 16, (500, 700), order=1, units=2, normalise=True)),
+    ],
+)
+def test_nvidia_s_compiler_takes_the_source(architecture, kind):
     core = pytest.importorskip("cuda.core")
     options = core.ProgramOptions(std="c++17", arch=architecture)
-    shape = 500, 700
-    for kind in (
-        slice_of(5, 3, shape=shape),
-        slice_of(6, 4, 2, 3, 16, shape, order=1, units=2, normalise=True),
-    ):
-        text = source(kind, tile_of(kind, 48 * 1024))
-        assert bytes(core.Program(text, "c++", options).compile("cubin").code)
+    slices = [kind, replace(kind, shift=kind.shift + kind.box)]
+    text = source(slices, tiles_of(slices, 48 * 1024))
+    assert bytes(core.Program(text, "c++", options).compile("cubin").code)
 
 
 @pytest.mark.parametrize(("m", "shift"), [(11, 33), (11, -3201), (1601, 1), (1601, 1601), (400, 7)])
@@ -125,38 +144,16 @@ def test_nvidia_s_compiler_takes_the_source(architecture):
 def test_any_lens_and_setting_have_a_tile(m, shift, pixel_bits):
     for channels in (1, 3):
         kind = slice_of(m, shift, m, channels, pixel_bits, (3201, 3201))
-        tile = tile_of(kind, 99 * 1024)
-        assert tile is not None
-        assert tile.shared_bytes + 4 * run_steps(kind, tile.rows) <= 99 * 1024
+        (tile,) = tiles_of([kind], 99 * 1024)
+        assert tile.shared_bytes >= 4 * run_steps(kind, tile.rows)
+        assert tile.shared_bytes <= 99 * 1024
         assert tile.columns % tile.segment == 0
 
 
-@pytest.fixture
-def pretended_gpu(monkeypatch):
-    """Arrays of array-api-strict, as if they lay on a GPU; what the user is told."""
-    told = []
-    monkeypatch.setattr(compiling, "tell", told.append)
-    monkeypatch.setattr(compiling, "_announced", set())
-    there = arrays._Gpu(0, nullcontext(), lambda: 0)
-    monkeypatch.setattr(arrays, "_gpu_of", lambda xp, array: there)
-    monkeypatch.setattr(arrays, "_contiguous", lambda xp, array: array)
-    monkeypatch.setattr(arrays, "_address", lambda array: array._array.ctypes.data)
-    return told
-
-
-def test_arrays_are_refocused_where_they_lie(tmp_path, pretended_gpu, monkeypatch):
+def test_arrays_are_refocused_where_they_lie(gpu_on_cpu):
     rng = np.random.default_rng(3)
     raw = rng.integers(0, 256, (*SHAPE, 3), np.uint8)
     kind = slice_of(5, 3, 3, 3, units=2, normalise=True)
-    kernels = KernelsOnCpu(tmp_path, list(tiled([(kind, 20_000)], rng)))
-    slices = []
-
-    def refocus_at(slice_, addresses, stream, device):
-        slices.append(slice_)
-        kernels.start(0, addresses, slice_.shape, slice_.region)
-        return True
-
-    monkeypatch.setattr(program, "refocus_at", refocus_at)
     options = {"sharpen": Fraction(1, 32), "border": "normalise", "box": 3}
     part = slice(3, 30), slice(2, 40)
     out = array_api_strict.zeros((27, 38, 3), dtype=array_api_strict.uint8)
@@ -165,16 +162,46 @@ def test_arrays_are_refocused_where_they_lie(tmp_path, pretended_gpu, monkeypatc
     assert got is out
     assert np.array_equal(np.asarray(got), reference(kind, raw)[part])
     assert np.array_equal(np.asarray(refocus(on_gpu, 5, "3/5", **options)), reference(kind, raw))
-    assert slices == [replace(kind, region=(range(3, 30), range(2, 40))), kind]
     # A picture may take the place of the raw one.
     want = reference(kind, raw)
     assert refocus(on_gpu, 5, "3/5", out=on_gpu, **options) is on_gpu
     assert np.array_equal(np.asarray(on_gpu), want)
-    assert not pretended_gpu
+    assert gpu_on_cpu.launched == ["refocus_tiles"] * 3
+    assert not gpu_on_cpu.told
 
 
-def test_an_array_that_cannot_be_written_is_refused(pretended_gpu, monkeypatch):
-    monkeypatch.setattr(program, "refocus_at", lambda *_: False)
+@pytest.mark.parametrize(
+    ("shape", "options"),
+    [
+        (SHAPE, {"border": "normalise", "align": "causal"}),
+        ((*SHAPE, 3), {"interpolation": 1, "region": (slice(5, 31), slice(7, 40))}),
+    ],
+)
+def test_slices_of_one_read_equal_those_of_the_cpu(shape, options, gpu_on_cpu, monkeypatch):
+    monkeypatch.setattr(program, "MOST_SLICES", 3)
+    raw = np.random.default_rng(6).integers(0, 256, shape, np.uint8)
+    settings = [Fraction(n, 5) for n in (-7, 0, 5, 3, 1)]
+    want = refocus_stack(raw, 5, settings, **options)
+    alone = [refocus(raw, 5, a, **options) for a in settings]
+    assert np.array_equal(want, alone)
+    on_gpu = array_api_strict.asarray(raw)
+    assert np.array_equal(np.asarray(refocus_stack(on_gpu, 5, settings, **options)), want)
+    assert gpu_on_cpu.launched == ["refocus_tiles"] * 2
+    assert not gpu_on_cpu.told
+    # Without the GPU's code the library's operations make it.
+    monkeypatch.setattr(program, "run_tiles", lambda *_: False)
+    out = array_api_strict.zeros(want.shape, dtype=array_api_strict.uint8)
+    assert refocus_stack(on_gpu, 5, settings, out=out, **options) is out
+    assert np.array_equal(np.asarray(out), want)
+
+
+def test_a_stack_of_nothing_is_refused():
+    with pytest.raises(InputError, match="no focus settings"):
+        refocus_stack(np.zeros(SHAPE, np.uint8), 5, [])
+
+
+def test_an_array_that_cannot_be_written_is_refused(gpu_on_cpu, monkeypatch):
+    monkeypatch.setattr(program, "run_tiles", lambda *_: False)
     raw = array_api_strict.zeros(SHAPE, dtype=array_api_strict.uint8)
     out = array_api_strict.zeros(SHAPE, dtype=array_api_strict.uint8)
     out._array.flags.writeable = False
@@ -205,23 +232,23 @@ def test_a_compiler_that_failed_is_not_asked_again(monkeypatch):
     ],
 )
 def test_a_failing_gpu_is_told_once_and_the_picture_is_right(
-    failure, reason, pretended_gpu, monkeypatch
+    failure, reason, gpu_on_cpu, monkeypatch
 ):
-    def refocus_at(*_):
+    def run_tiles(*_):
         raise failure
 
-    monkeypatch.setattr(program, "refocus_at", refocus_at)
+    monkeypatch.setattr(program, "run_tiles", run_tiles)
     raw = np.random.default_rng(4).integers(0, 256, SHAPE, np.uint8)
     for _ in range(2):
         image = refocus(array_api_strict.asarray(raw), 5, "1/5", border="normalise")
         assert np.array_equal(np.asarray(image), refocus(raw, 5, "1/5", border="normalise"))
-    (line,) = pretended_gpu
+    (line,) = gpu_on_cpu.told
     assert reason in line
 
 
-def test_a_gpu_with_too_little_memory_leaves_it_to_the_library(pretended_gpu, monkeypatch):
-    monkeypatch.setattr(program, "refocus_at", lambda *_: False)
+def test_a_gpu_with_too_little_memory_leaves_it_to_the_library(gpu_on_cpu, monkeypatch):
+    monkeypatch.setattr(program, "run_tiles", lambda *_: False)
     raw = np.random.default_rng(5).integers(0, 256, SHAPE, np.uint8)
     image = refocus(array_api_strict.asarray(raw), 4, "1/2", box=2)
     assert np.array_equal(np.asarray(image), refocus(raw, 4, "1/2", box=2))
-    assert not pretended_gpu
+    assert not gpu_on_cpu.told
