@@ -59,7 +59,7 @@ from plenofir.refocus.shifts import (
     shift_to_name,
     shift_to_text,
 )
-from plenofir.refocus.stacks import refocus_stack
+from plenofir.refocus.stacks import refocus_stack, sharpest_slices
 from plenofir.refocus.switches import FilterLayout, filter_lines
 from plenofir.refocus.threads import processors
 
@@ -98,6 +98,7 @@ __all__ = [
     "scatter_sums",
     "setting_names",
     "sharpening_units",
+    "sharpest_slices",
     "shift_to_name",
     "shift_to_text",
 ]

@@ -7,18 +7,27 @@ stay where they are. Their method is that of `plenofir.refocus.operator.moving_s
 integers.
 """
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from math import prod
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
-from array_api_compat import array_namespace, device, is_cupy_array, is_torch_array
+from array_api_compat import (
+    array_namespace,
+    device,
+    is_cupy_array,
+    is_torch_array,
+    to_device,
+)
 
 from plenofir.ground import compiling
 from plenofir.ground.errors import InputError
 from plenofir.ground.extras import missing
 from plenofir.refocus.border import arrived
+from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpness import DepthIndex, LazySlices, Search, depth_index
 from plenofir.refocus.slices import Slice
 
 
@@ -225,6 +234,63 @@ def _refocused(
     down, across = map(_address, reached) if reached else (0, 0)
     at = Tiles(_address(pixels), _address(picture), down, across)
     return picture if run_tiles(slices, at, gpu.stream(), gpu.number) else None
+
+
+def device_depth(raw: Any, slices: Sequence[Slice], search: Search) -> DepthIndex:
+    """The sharpest slice of each lens and the picture in focus, arguments checked by the caller.
+
+    Fields are arrays of the library, on the device of `raw`.
+    """
+    xp = array_namespace(raw)
+    result = _on_gpu(xp, raw, lambda gpu: _depth_on_gpu(xp, gpu, raw, slices, search))
+    if result is not None:
+        return cast("DepthIndex", result)
+
+    def picture_of(slice_: Slice) -> Image:
+        picture = device_stack(raw, [slice_], slice_.result_shape)
+        if is_cupy_array(picture) or is_torch_array(picture):
+            picture = to_device(picture, "cpu")
+        return np.asarray(picture)
+
+    m = slices[0].micro_image_size
+    by_cpu = depth_index(LazySlices(slices, picture_of), m, **search._asdict())
+    fields = ((field.name, getattr(by_cpu, field.name)) for field in dataclasses.fields(by_cpu))
+    arrays: dict[str, Any] = {
+        name: None if array is None else xp.asarray(array, device=device(raw))
+        for name, array in fields
+    }
+    return DepthIndex(**arrays)
+
+
+def _depth_on_gpu(
+    xp: Any, gpu: _Gpu, raw: Any, slices: Sequence[Slice], search: Search
+) -> DepthIndex | None:
+    """The same from a GPU: slices are made twice, for their lenses' luma and for the picture."""
+    from plenofir.refocus.gpu.program import Depth, Tiles, run_depth, run_tiles
+
+    def new(kind: Any, *shape: int, needed: bool = True) -> Any:
+        return xp.empty(shape, dtype=kind, device=device(raw)) if needed else None
+
+    def at(array: Any) -> int:
+        return 0 if array is None else _address(array)
+
+    m = slices[0].micro_image_size
+    lenses = [-(-length // m) for length in raw.shape[:2]]
+    pixels, picture = _contiguous(xp, raw), new(raw.dtype, *raw.shape)
+    sums = xp.zeros((len(slices), *lenses), dtype=xp.int64, device=device(raw))
+    best, textured = new(xp.uint8, *lenses), new(xp.bool, *lenses)
+    fraction, confidence = (new(xp.uint8, *lenses, needed=bool(search.shifts)) for _ in "fc")
+    voted = new(xp.int16, *lenses, needed=search.vote_radius > 0)
+    filled = best if voted is None else new(xp.uint8, *lenses)
+    reached = _reached(xp, raw, slices)
+    tiles = Tiles(at(pixels), at(picture), *map(_address, reached))
+    queue = gpu.stream(), gpu.number
+    if not run_tiles(slices, tiles._replace(lens_sums=at(sums)), *queue):
+        return None
+    each = sums, best, textured, fraction, confidence, voted, filled
+    run_depth(slices, search, Depth(*map(at, each)), *queue)
+    run_tiles(slices, tiles._replace(sharpest=at(filled)), *queue)
+    return DepthIndex(filled, picture, textured, fraction, confidence)
 
 
 def _reached(xp: Any, raw: Any, slices: Sequence[Slice]) -> list[Any]:

@@ -5,17 +5,18 @@ Sharpness is measured between micro lenses, as in `plenofir.camera.lightfield.st
 finer detail is only replicas. All arithmetic is in integers.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import count
 from math import gcd
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
+from plenofir.refocus.slices import Slice
 
 Integers = npt.NDArray[np.int64]
 
@@ -48,6 +49,27 @@ class Slices(Protocol):
 
     def __iter__(self) -> Iterator[Image]:
         """Slices of equal shape, (rows, columns[, 3]), and type."""
+
+
+@dataclass(frozen=True)
+class LazySlices:
+    """Slices of whole pictures that `make` makes when they are needed."""
+
+    slices: Sequence[Slice]
+    make: Callable[[Slice], Image]
+
+    def __len__(self) -> int:
+        """Number of slices."""
+        return len(self.slices)
+
+    def __iter__(self) -> Iterator[Image]:
+        """The slices, each of shape (rows, columns[, 3])."""
+        return map(self.make, self.slices)
+
+    def lines(self, first: int, last: int) -> Iterator[Image]:
+        """Lines `first` to `last` - 1 of each slice."""
+        rows = range(first, last)
+        return (self.make(replace(one, region=(rows, one.region[1]))) for one in self.slices)
 
 
 def bands(stack: Slices, rows: int) -> Iterator[tuple[slice, Iterator[Image]]]:
@@ -185,6 +207,11 @@ def has_order(shifts: Sequence[int]) -> bool:
     return bool((steps > 0).all() or (steps < 0).all())
 
 
+def curvature_bits(confidence: int) -> int:
+    """Bits of the curvature that `between_slices` leaves out of its confidence."""
+    return max(confidence.bit_length() - 5, 0)
+
+
 def between_slices(
     index: npt.NDArray[np.uint8],
     peak: tuple[Integers, Integers, Integers],
@@ -216,11 +243,43 @@ def between_slices(
         bit = p >= whole
         p -= np.where(bit, whole, 0)
         fraction = 2 * fraction + bit
-    curvature = (2 * sharpest - before - after) >> max(confidence.bit_length() - 5, 0)
+    curvature = (2 * sharpest - before - after) >> curvature_bits(confidence)
     return (
         np.where(inner, fraction, _MIDDLE).astype(np.uint8),
         np.where(inner, np.clip(curvature, 1, 255), 0).astype(np.uint8),
     )
+
+
+class Search(NamedTuple):
+    """How `depth_index` looks for the sharpest slice; its parameters have these names."""
+
+    radius: int
+    confidence: int
+    vote_radius: int
+    shifts: tuple[int, ...]
+
+    def check(self, slices: int) -> None:
+        """Refuse what is not possible with so many slices."""
+        radius, confidence, vote_radius, shifts = self
+        if not 1 <= slices <= MAX_STACK:
+            raise InputError(f"{slices} slices are not possible; use 1 to {MAX_STACK}")
+        if not 0 <= radius <= MAX_SHARPNESS_RADIUS:
+            raise InputError(
+                f"a radius of {radius} is not possible; use 0 to {MAX_SHARPNESS_RADIUS}"
+            )
+        if not 0 <= confidence <= MAX_CONFIDENCE:
+            raise InputError(
+                f"a confidence of {confidence} is not possible; use 0 to {MAX_CONFIDENCE}"
+            )
+        if not 0 <= vote_radius <= MAX_VOTE_RADIUS:
+            raise InputError(
+                f"a vote_radius of {vote_radius} is not possible; use 0 to {MAX_VOTE_RADIUS}"
+            )
+        if shifts and not (len(shifts) == slices and has_order(shifts)):
+            raise InputError(
+                f"depth between slices needs a' of each of {slices} slices, going up or down, not "
+                + " ".join(map(str, shifts))
+            )
 
 
 class _Peaks:
@@ -264,21 +323,7 @@ def depth_index(
     `sharp`: the same slices with smaller boxes (`plenofir.refocus.by_place`); the picture takes
     micro images with texture from these, and those without from `stack`.
     """
-    if not 1 <= len(stack) <= MAX_STACK:
-        raise InputError(f"{len(stack)} slices are not possible; use 1 to {MAX_STACK}")
-    if not 0 <= radius <= MAX_SHARPNESS_RADIUS:
-        raise InputError(f"a radius of {radius} is not possible; use 0 to {MAX_SHARPNESS_RADIUS}")
-    if not 0 <= confidence <= MAX_CONFIDENCE:
-        raise InputError(f"a confidence of {confidence} is not possible; use 0 to {MAX_CONFIDENCE}")
-    if not 0 <= vote_radius <= MAX_VOTE_RADIUS:
-        raise InputError(
-            f"a vote_radius of {vote_radius} is not possible; use 0 to {MAX_VOTE_RADIUS}"
-        )
-    if shifts and not (len(shifts) == len(stack) and has_order(shifts)):
-        raise InputError(
-            f"depth between slices needs a' of each of {len(stack)} slices, going up or down, not "
-            + " ".join(map(str, shifts))
-        )
+    Search(radius, confidence, vote_radius, tuple(shifts)).check(len(stack))
     peaks: _Peaks | None = None
     numbers = count()
     # Not enumerate, which keeps a slice in memory until it has the next one.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Focal stacks at once, also on a GPU."""
+"""Focal stacks at once, and what is sharpest in them, also on a GPU."""
 
 from collections.abc import Iterable
 from fractions import Fraction
@@ -12,6 +12,8 @@ from plenofir.refocus.checks import check_out, whole_number
 from plenofir.refocus.first_calls import refocus_image
 from plenofir.refocus.operator import Image
 from plenofir.refocus.settings import checked
+from plenofir.refocus.sharpness import DepthIndex, LazySlices, Search, depth_index
+from plenofir.refocus.shifts import focus_to_shift
 from plenofir.refocus.slices import Slice
 
 
@@ -72,3 +74,58 @@ def refocus_stack(
     for slice_, picture in zip(slices, out, strict=True):
         refocus_image(raw, slice_, out=picture, threads=threads)
     return out
+
+
+def sharpest_slices(
+    raw: Image,
+    M: int,  # noqa: N803  (as `refocus` has it)
+    settings: Iterable[int | str | Fraction],
+    *,
+    radius: int = 1,
+    confidence: int = 0,
+    vote_radius: int = 0,
+    between: bool = False,
+    **how: Any,
+) -> DepthIndex:
+    """Find the slice in which each micro image is sharpest, and the picture in focus.
+
+    An NVIDIA GPU makes each slice in its shared memory, once for the sums of micro images and once
+    for the picture, so that slices are never written; the second time only where one is sharpest.
+
+    Parameters
+    ----------
+    raw, M, settings
+        As `refocus_stack` takes them; up to 256 settings.
+    radius, confidence, vote_radius
+        As `plenofir.refocus.sharpness.depth_index` takes them.
+    between
+        Whether to find depth between slices too; settings must be in ascending or descending order.
+    how
+        Further options of `refocus`: align, interpolation, sharpen, border, box.
+
+    Returns
+    -------
+    DepthIndex
+        To the bit what `depth_index` finds in these slices, on every device; arrays of the library
+        of `raw`.
+
+    Raises
+    ------
+    InputError
+        For what `refocus` and `depth_index` refuse, and for parts of a picture.
+    """
+    for name in ("region", "upsample"):
+        if how.get(name, True) not in (None, True):
+            raise InputError("depth is found in whole pictures of the raw image's size", where=name)
+    settings = list(settings)
+    raw, slices = _slices(raw, M, settings, how)
+    m = slices[0].micro_image_size
+    shifts = tuple(focus_to_shift(a, m) for a in settings) if between else ()
+    search = Search(radius, confidence, vote_radius, shifts)
+    search.check(len(slices))
+    if not isinstance(raw, np.ndarray):
+        from plenofir.refocus.arrays import device_depth
+
+        return device_depth(raw, slices, search)
+    lazy = LazySlices(slices, lambda slice_: refocus_image(raw, slice_))
+    return depth_index(lazy, m, **search._asdict())

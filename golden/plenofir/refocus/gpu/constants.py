@@ -8,9 +8,10 @@ Slices of a stack have tiles of one size.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from itertools import product
+from itertools import pairwise, product
 from math import gcd
 
+from plenofir.refocus.sharpness import Search, curvature_bits, slice_weight
 from plenofir.refocus.slices import Slice
 
 # Longest runs that are unrolled, in steps, and the most words of their rings: registers are 255.
@@ -20,6 +21,8 @@ _SEGMENT_OUTPUTS = 32
 _ROW_CHOICES = (1, 2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 32)
 _THREAD_CHOICES = (128, 256, 384, 512)
 _BOTH = True, False
+LENS_THREADS = 128
+"""Threads of a block that works on lenses."""
 
 
 def _warm_steps(slice_: Slice) -> int:
@@ -207,6 +210,26 @@ def source(slices: Sequence[Slice], tiles: Sequence[Tile]) -> str:
         f"#define CASES {' '.join(cases)}",
     ]
     return "\n".join([*head, *parts, _text("stack.cu")])
+
+
+def depth_source(slices: Sequence[Slice], search: Search) -> str:
+    """The text of the kernels that find the sharpest slice of each lens."""
+    count, shifts = len(slices), search.shifts
+    weights = [slice_weight(shift, slices[0].micro_image_size) for shift in shifts] or [16] * count
+    steps = [1, *(abs(b - a) for a, b in pairwise(shifts or range(count))), 1]
+    numbers = {
+        "int SLICES": count,
+        "int THREADS": LENS_THREADS,
+        "int RADIUS": search.radius,
+        "int VOTE_RADIUS": search.vote_radius,
+        "int LEAST": search.confidence,
+        "int CURVATURE_BITS": curvature_bits(search.confidence),
+        "bool BETWEEN": str(bool(shifts)).lower(),
+        f"int WEIGHT[{count}]": f"{{{', '.join(map(str, weights))}}}",
+        f"int STEPS[{count + 1}]": f"{{{', '.join(map(str, steps))}}}",
+    }
+    head = [f"constexpr {name} = {value};" for name, value in numbers.items()]
+    return "\n".join([*head, _text("depth.cu")])
 
 
 def _pixel(slice_: Slice) -> str:

@@ -16,7 +16,8 @@ import numpy as np
 
 from plenofir.ground import compiling
 from plenofir.ground.kept_code import Files, KeptCode
-from plenofir.refocus.gpu.constants import source, tiles_of
+from plenofir.refocus.gpu.constants import LENS_THREADS, depth_source, source, tiles_of
+from plenofir.refocus.sharpness import Search
 from plenofir.refocus.slices import Slice
 
 # Blocks may share a multiprocessor's memory with one more of their kind, and each takes 1 KiB more.
@@ -76,6 +77,17 @@ def _code_or_failure(text: str, architecture: str) -> bytes | Exception:
         return failure
 
 
+def _loaded(text: str, gpu: Any) -> Any:
+    """Code of a source on a device."""
+    from cuda.core import ObjectCode
+
+    major, minor = gpu.compute_capability
+    code = _code_or_failure(text, f"sm_{major}{minor}")
+    if isinstance(code, Exception):
+        raise code
+    return ObjectCode.from_cubin(code)
+
+
 class Launch(NamedTuple):
     """All that a call for pictures of one stack needs."""
 
@@ -90,7 +102,7 @@ def launch_of(slices: tuple[Slice, ...], device: int) -> Launch | None:
     None: not even one row of a tile fits into a block's memory. Raises what cuda-core raises where
     it cannot compile or load the code.
     """
-    from cuda.core import Device, LaunchConfig, ObjectCode
+    from cuda.core import Device, LaunchConfig
 
     gpu = Device(device)
     gpu.set_current()
@@ -100,11 +112,7 @@ def launch_of(slices: tuple[Slice, ...], device: int) -> Launch | None:
     tiles = tiles_of(slices, min(limit, shared)) or tiles_of(slices, limit)
     if tiles is None:
         return None
-    major, minor = gpu.compute_capability
-    code = _code_or_failure(source(slices, tiles), f"sm_{major}{minor}")
-    if isinstance(code, Exception):
-        raise code
-    kernel = ObjectCode.from_cubin(code).get_kernel("refocus_tiles")
+    kernel = _loaded(source(slices, tiles), gpu).get_kernel("refocus_tiles")
     shared = max(tile.shared_bytes for tile in tiles)
     kernel.attributes[gpu].max_dynamic_shared_size_bytes = shared
     grid = tiles[0].blocks(len(slices), slices[0].region)
@@ -151,3 +159,46 @@ def run_tiles(slices: Sequence[Slice], at: Tiles, stream: int, device: int) -> b
         numbers = map(np.int32, (rows, columns, *ends, first))
         launch(Stream(stream), each.config, each.kernel, *group, *numbers)
     return True
+
+
+class Depth(NamedTuple):
+    """Addresses of what is found for each lens, as `plenofir.refocus.sharpness.DepthIndex` has it.
+
+    `lens_sums` has a number for each slice.
+    """
+
+    lens_sums: int
+    best: int  # the sharpest slice, before the vote
+    textured: int
+    fraction: int  # 0 if depth between slices is not asked for, as the next one
+    confidence: int
+    voted: int  # 16 bits, for the vote
+    filled: int  # after the vote; of both 0 without one
+
+
+@lru_cache(256)
+def _depth_code(slices: tuple[Slice, ...], search: Search, device: int) -> Any:
+    from cuda.core import Device
+
+    gpu = Device(device)
+    gpu.set_current()
+    return _loaded(depth_source(slices, search), gpu)
+
+
+def run_depth(slices: Sequence[Slice], search: Search, at: Depth, stream: int, device: int) -> None:
+    """Queue the search for the sharpest slice of each lens, when all sums of lenses are queued."""
+    from cuda.core import LaunchConfig, launch
+
+    code = _depth_code(tuple(slices), search, device)
+    m = slices[0].micro_image_size
+    rows, columns = (-(-length // m) for length in slices[0].shape[:2])
+    kernels: list[tuple[str, tuple[int, ...]]] = [("find_sharpest", at[:5])]
+    if search.vote_radius:
+        kernels += [
+            ("vote", (at.best, at.textured, at.voted)),
+            ("fill", (at.best, at.voted, at.filled)),
+        ]
+    config = LaunchConfig(-(-rows * columns // LENS_THREADS), block=LENS_THREADS)
+    for name, addresses in kernels:
+        kernel = code.get_kernel(name)
+        launch(Stream(stream), config, kernel, *addresses, np.int32(rows), np.int32(columns))

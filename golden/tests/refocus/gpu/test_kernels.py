@@ -12,10 +12,11 @@ import pytest
 from kernels_on_cpu import compiled_kernels
 
 from plenofir.ground.errors import InputError
-from plenofir.refocus import ExactArithmetic, refocus, refocus_stack
+from plenofir.refocus import ExactArithmetic, refocus, refocus_stack, sharpest_slices
 from plenofir.refocus.border import arrived
 from plenofir.refocus.gpu import program
-from plenofir.refocus.gpu.constants import run_steps, source, tiles_of
+from plenofir.refocus.gpu.constants import depth_source, run_steps, source, tiles_of
+from plenofir.refocus.sharpness import Search, local_sharpness
 from plenofir.refocus.slices import Slice
 
 SHAPE = (37, 45)
@@ -135,8 +136,9 @@ def test_nvidia_s_compiler_takes_the_source(architecture, kind):
     core = pytest.importorskip("cuda.core")
     options = core.ProgramOptions(std="c++17", arch=architecture)
     slices = [kind, replace(kind, shift=kind.shift + kind.box)]
-    text = source(slices, tiles_of(slices, 48 * 1024))
-    assert bytes(core.Program(text, "c++", options).compile("cubin").code)
+    search = Search(1, 99, 2, (kind.shift, kind.shift + kind.box))
+    for text in (source(slices, tiles_of(slices, 48 * 1024)), depth_source(slices, search)):
+        assert bytes(core.Program(text, "c++", options).compile("cubin").code)
 
 
 @pytest.mark.parametrize(("m", "shift"), [(11, 33), (11, -3201), (1601, 1), (1601, 1601), (400, 7)])
@@ -193,6 +195,64 @@ def test_slices_of_one_read_equal_those_of_the_cpu(shape, options, gpu_on_cpu, m
     out = array_api_strict.zeros(want.shape, dtype=array_api_strict.uint8)
     assert refocus_stack(on_gpu, 5, settings, out=out, **options) is out
     assert np.array_equal(np.asarray(out), want)
+
+
+@pytest.mark.parametrize(
+    ("shape", "pixel_bits", "options"),
+    [
+        ((61, 58, 3), 16, {"between": True, "vote_radius": 2, "border": "normalise"}),
+        ((43, 67), 8, {"radius": 2, "interpolation": 1}),
+    ],
+)
+def test_depth_without_slices_equals_that_of_the_cpu(
+    shape, pixel_bits, options, gpu_on_cpu, monkeypatch
+):
+    monkeypatch.setattr(program, "MOST_SLICES", 3)
+    seed = secrets.randbits(32)
+    print("seed", seed)
+    rng = np.random.default_rng(seed)
+    raw = rng.integers(0, 1 << pixel_bits, shape).astype(f"uint{pixel_bits}")
+    # A half without texture, with a spot that votes.
+    raw[:, : shape[1] // 2] = 90
+    raw[27:31, 3:7] = 200
+    settings = [Fraction(n, 4) for n in (-3, 0, 1, 4, 6)]
+    stack = refocus_stack(raw, 4, settings)
+    sharpness = [local_sharpness(image, 4, options.get("radius", 1)) for image in stack]
+    # Some lenses have texture.
+    options["confidence"] = int(np.median(np.ptp(sharpness, axis=0)))
+    want = sharpest_slices(raw, 4, settings, **options)
+    on_gpu = array_api_strict.asarray(raw)
+    got = sharpest_slices(on_gpu, 4, settings, **options)
+    kernels = ["find_sharpest", *["vote", "fill"] * ("vote_radius" in options)]
+    assert gpu_on_cpu.launched == ["refocus_tiles"] * 2 + kernels + ["refocus_tiles"] * 2
+    assert len(np.unique(want.index)) > 2
+    assert not np.all(want.textured)
+    assert np.any(want.textured)
+    monkeypatch.setattr(program, "run_tiles", lambda *_: False)
+    by_library = sharpest_slices(on_gpu, 4, settings, **options)
+    for of_cpu, *others in zip(
+        *(vars(each).values() for each in (want, got, by_library)), strict=True
+    ):
+        for other in others:
+            assert (of_cpu is None) == (other is None)
+            if of_cpu is not None:
+                assert np.array_equal(np.asarray(other), of_cpu)
+                assert np.asarray(other).dtype == of_cpu.dtype
+    assert not gpu_on_cpu.told
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"region": (slice(1, 9), slice(1, 9))}, "region: depth is found in whole"),
+        ({"upsample": False}, "upsample: depth is found in whole"),
+        ({"radius": 9}, "radius of 9"),
+        ({"between": True}, "going up or down"),
+    ],
+)
+def test_depth_that_is_not_possible_is_refused(options, reason):
+    with pytest.raises(InputError, match=reason):
+        sharpest_slices(np.zeros(SHAPE, np.uint8), 5, [1, 0, 1], **options)
 
 
 def test_a_stack_of_nothing_is_refused():
