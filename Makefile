@@ -9,7 +9,7 @@ PLENOFIR := .venv/bin/plenofir --make
 PYTHON := .venv/bin/python
 PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help check dist site sim formal synth pnr mutants mutants-python coverage figures compare test test-full hunt golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
+.PHONY: help check dist site sim formal synth pnr mutants mutants-python coverage figures compare test test-full hunt golden lint docs waves bench bitstream bitstreams bitstream-check venv simulator test-tools libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -83,6 +83,10 @@ lint: venv # Style of Python and VHDL, Python types
 bitstream: venv ## Build the bitstream of a board: BOARD=atlys|ulx3s|tangnano20k|lifcl40|ecp5-eval DEVICE= SCENE= OUT=, more in docs/boards/
 	@$(if $(filter-out atlys,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)
 	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= $(PLENOFIR) bitstream build
+
+bitstreams: venv ## Build the bitstreams of ULX3S, Tang Nano 20K and LIFCL-40 into one archive (build/bitstreams); BOARDS="ulx3s:25f lifcl40" for these
+	@scripts/setup.sh ghdl && scripts/setup.sh pnr
+	@$(PYTHON) scripts/bitstreams.py $(BOARDS)
 
 bitstream-check: venv simulator # Check everything of the Atlys' bitstream build that can be checked without ISE
 	@$(PLENOFIR) bitstream check
