@@ -9,7 +9,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_line, print_table, steps_bar
-from plenofir.commands.plan_lines import beside, print_plan
+from plenofir.commands.plan_lines import beside, print_boxes, print_plan
 from plenofir.commands.results import check_plot_and_csv, write_plot_and_csv
 from plenofir.ground.errors import InputError
 
@@ -36,15 +36,41 @@ app = typer.Typer()
 def plan(
     scene: Scene,
     device: Part = None,
+    resolution: Annotated[
+        float | None,
+        typer.Option(
+            help="Choose the box that leaves half contrast at so many cycles a micro lens, in "
+            "place of the scene's."
+        ),
+    ] = None,
+    noise: Annotated[
+        float | None,
+        typer.Option(
+            help="Choose a box that leaves at most this share of the raw image's noise, in place "
+            "of the scene's."
+        ),
+    ] = None,
+    boxes: Annotated[
+        bool,
+        typer.Option(
+            "--boxes", help="Compare all boxes that the slices can have: resolution, noise, cost."
+        ),
+    ] = False,
     as_json: options.AsJson = False,
     plot: options.PlotFile = None,
     csv_file: options.CsvFile = None,
 ) -> None:
     """Plan the smallest hardware for a scene: slices, resources, latency, what is left out."""
     from plenofir.plan import load_scene, make_plan
+    from plenofir.plan.planner import compared_boxes
+    from plenofir.plan.scene_box import with_wishes
 
-    planned = make_plan(load_scene(scene, device))
+    loaded = load_scene(scene, device)
+    if resolution is not None or noise is not None:
+        loaded = with_wishes(loaded, resolution=resolution, noise=noise)
+    planned = make_plan(loaded)
     check_plot_and_csv(plot, csv_file, scene)
+    compared = compared_boxes(loaded, planned) if boxes else []
     rows = [
         {
             "resource": name,
@@ -60,9 +86,22 @@ def plan(
 
         placement = placed_beside_full(planned)
         placed = None if placement is None else placement.model_dump()
-        print_json({**planned.model_dump(mode="json"), "placed": placed})
+        content = {**planned.model_dump(mode="json"), "placed": placed}
+        if boxes:
+            content["boxes"] = [
+                {"box": box}
+                | (
+                    {"refused": plan.problem}
+                    if isinstance(plan, InputError)
+                    else plan.model_dump(mode="json", include={"slices", "needs"})
+                )
+                for box, plan in compared
+            ]
+        print_json(content)
     else:
         print_plan(planned)
+        if boxes:
+            print_boxes(compared, planned)
 
 
 def _drawn(planned: "Plan") -> "Figure":

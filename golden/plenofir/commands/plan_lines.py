@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The plan of a scene as lines of text."""
 
+from collections.abc import Iterable
 from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING
 
 from plenofir.commands.console import print_line, print_table
+from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
     from plenofir.plan.plan import Plan, PlannedSensor
@@ -167,6 +169,11 @@ def print_plan(plan: "Plan") -> None:
             else f", sharp from {_millimetres(part.near_mm)} to {_millimetres(part.far_mm)} mm"
         )
         print_line("slice", f"a = {part.a} (a' = {part.shift}){depth}")
+        print_line(
+            "",
+            f"box of {part.box}: half contrast at {part.half_contrast:.3f} cycles a micro lens, "
+            f"noise {part.noise:.3f} of the raw image's",
+        )
     for low, high in plan.gaps_mm:
         print_line("not covered", f"{_millimetres(low)} to {_millimetres(high)} mm")
     for note in plan.notes:
@@ -215,3 +222,27 @@ def print_plan(plan: "Plan") -> None:
         change = omission.change(plan.available)
         change_text = ": ".join(filter(None, (omission.what, change)))
         print_line("left out", "; ".join(filter(None, (change_text, omission.reason))))
+
+
+def print_boxes(plans: "Iterable[tuple[int, Plan | InputError]]", chosen: "Plan") -> None:
+    """Print what boxes of a scene's slices resolve, what noise they leave, and what they take."""
+
+    def span(values: Iterable[float]) -> str:
+        """The least and the largest, or the one that all are."""
+        texts = [f"{value:.3f}" for value in sorted(values)]
+        return " to ".join(dict.fromkeys((texts[0], texts[-1])))
+
+    rows, refused = [], []
+    for box, plan in plans:
+        if isinstance(plan, InputError):
+            refused.append((box, plan))
+            continue
+        mark = "*" * (plan.core.slice_boxes == chosen.core.slice_boxes)
+        parts = plan.slices
+        qualities = span(p.half_contrast for p in parts), span(p.noise for p in parts)
+        rows.append((f"{mark}{box}", *qualities, *map(str, plan.needs.values())))
+    heads = ("box", "half contrast", "noise", *chosen.needs)
+    title = "boxes, or the smallest larger ones that a slice can have; * as planned"
+    print_table(heads, rows, title=title, width=100)
+    for box, error in refused:
+        print_line("not possible", f"a box of {box}: {error.problem}")

@@ -17,6 +17,7 @@ from plenofir.fpga.resources.estimate import VIDEO, Block, Estimate, estimate, i
 from plenofir.ground.errors import InputError
 from plenofir.plan.loaded_scene import LoadedScene
 from plenofir.plan.plan import EngineOption
+from plenofir.plan.scene_box import chosen_boxes
 from plenofir.plan.sensor.board_camera import PlannedCamera, lanes_camera, sensor_camera
 from plenofir.refocus import interpolation_order, sharpening_units
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
@@ -200,14 +201,13 @@ def _candidates(
     """Suitable cores in order of preference: best arithmetic first, then smallest."""
     scene, build = loaded.scene, loaded.scene.build
     m = scene.camera.micro_image_size
-    boxes = build.boxes(shifts, m)
     raster = CoreConfiguration(
         micro_image_size=m,
         shifts=shifts,
         max_columns=scene.frame.columns,
         channels=scene.frame.channels,
         pixel_bits=scene.frame.bits,
-        boxes=boxes,
+        boxes=chosen_boxes(loaded, shifts),
         border=build.border,
     )
     if loaded.shown.needs_stack:

@@ -19,13 +19,12 @@ from plenofir.fpga.synthesis.spartan6 import Netlist, synthesise
 from plenofir.plan.configure import configure, top_of
 from plenofir.plan.loaded_scene import load_scene, scene_files
 from plenofir.plan.omissions import full_core
-from plenofir.plan.plan import Plan, PlannedSlice
-from plenofir.plan.planner import make_plan
+from plenofir.plan.plan import Plan
+from plenofir.plan.planner import make_plan, planned_slices
 from plenofir.plan.scene_screen import scene_overlay, slice_colours
 from plenofir.plan.sensor.resampler import ResamplerConfiguration, SensorLogic
 from plenofir.plan.sensor.sensor_bench import CORE as SENSOR
 from plenofir.plan.sensor.sensor_bench import sensor_generics
-from plenofir.refocus.shifts import shift_to_text
 
 CORE = "raster_refocuser"
 ARRAY = "fir_array"
@@ -127,12 +126,7 @@ def core_designs() -> Iterator[Design]:
 def full_plan(plan: Plan) -> Plan:
     """The core of a plan as a full build: all slices and channels, no shortcuts."""
     core = full_core(plan.core)
-    m = core.micro_image_size
-    slices = (
-        PlannedSlice(a=shift_to_text(shift, m), shift=shift, near_mm=None, far_mm=None)
-        for shift in core.shifts
-    )
-    update = {"path": "core", "core": core, "slices": tuple(slices)}
+    update = {"path": "core", "core": core, "slices": planned_slices(core, None)}
     return plan.model_copy(update=update)
 
 

@@ -28,6 +28,10 @@ class PlannedSlice(BaseModel):
     shift: int  # a' in pixels
     near_mm: float | None  # depth of field; None without a camera
     far_mm: float | None  # None also where it reaches infinity
+    box: int  # B, samples that an output averages along a dimension
+    # Frequency in cycles a micro lens at which half of the contrast is left, in focus.
+    half_contrast: float
+    noise: float  # standard deviation of the picture's noise over that of the raw image
 
 
 class EngineOption(BaseModel):

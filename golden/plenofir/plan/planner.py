@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plans the hardware that a scene needs, and lists what it leaves out."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
-from math import inf
+from math import gcd, inf
 
 from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_note
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
@@ -18,9 +18,11 @@ from plenofir.plan.choice import Candidate, choose_core, engine_choice
 from plenofir.plan.loaded_scene import LoadedScene
 from plenofir.plan.omissions import extent, full_core, left_out
 from plenofir.plan.plan import Plan, PlannedSlice, planned_sensor
+from plenofir.plan.scene_box import quality, with_wishes
 from plenofir.plan.scene_screen import screen_of
 from plenofir.plan.scene_stack import stack_of
 from plenofir.plan.sensor.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
+from plenofir.refocus.operator import least_box
 from plenofir.refocus.shifts import shift_to_text
 
 STILL_CLOCK_MHZ = 74.25
@@ -45,15 +47,10 @@ def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
     return Cover(tuple(kept), gaps(kept))
 
 
-def _slices_of(
-    loaded: LoadedScene, model: RayModel | None
-) -> tuple[tuple[int, ...], tuple[tuple[float, float], ...]]:
-    """The a' in pixels of a scene's slices, and the depths that none of them covers.
-
-    InputError if there are no slices.
-    """
+def _shifts_of(loaded: LoadedScene, model: RayModel | None) -> tuple[int, ...]:
+    """The a' in pixels of a scene's slices; InputError if there are none."""
     if loaded.shifts is not None:
-        return loaded.shifts, ()
+        return loaded.shifts
     depth, camera = loaded.scene.depth, loaded.scene.camera
     assert model is not None
     assert depth.near_mm is not None
@@ -66,17 +63,44 @@ def _slices_of(
             where=f"{loaded.path}: depth",
         )
     cover = without_idle_slices(cover, depth.near_mm, depth.far_mm)
-    return tuple(int(part.a * camera.micro_image_size) for part in cover.slices), cover.gaps
+    return tuple(int(part.a * camera.micro_image_size) for part in cover.slices)
 
 
-def _planned_slice(shift: int, m: int, model: RayModel | None) -> PlannedSlice:
-    """A slice with its depth of field."""
-    field = None if model is None else depth_of_field(model, Fraction(shift, m))
+def _gaps_of(
+    loaded: LoadedScene, slices: Iterable[PlannedSlice]
+) -> tuple[tuple[float, float], ...]:
+    """The depths of a scene's range that none of its slices covers."""
+    depth = loaded.scene.depth
+    if depth.near_mm is None or depth.far_mm is None:
+        return ()
+    fields = [
+        Slice(Fraction(part.a), part.near_mm, inf if part.far_mm is None else part.far_mm)
+        for part in slices
+        if part.near_mm is not None
+    ]
+    return gaps_between(fields, depth.near_mm, depth.far_mm)
+
+
+def planned_slices(core: CoreConfiguration, model: RayModel | None) -> tuple[PlannedSlice, ...]:
+    """A core's slices: depth of field, resolution and noise of each with its box."""
+    m, parts = core.micro_image_size, zip(core.shifts, core.slice_boxes, core.weights, strict=True)
+    return tuple(
+        _planned_slice(m, shift, box, core.order, units, model) for shift, box, units in parts
+    )
+
+
+def _planned_slice(
+    m: int, shift: int, box: int, order: int, units: int, model: RayModel | None
+) -> PlannedSlice:
+    a = Fraction(shift, m)
+    field = None if model is None else depth_of_field(replace(model, box=box), a)
     return PlannedSlice(
         a=shift_to_text(shift, m),
         shift=shift,
         near_mm=None if field is None else field.near_mm,
         far_mm=None if field is None or field.far_mm == inf else field.far_mm,
+        box=box,
+        **quality(m, shift, box, order, units, model)._asdict(),
     )
 
 
@@ -154,6 +178,18 @@ def _built_mhz(chosen: Candidate, needed: float | None) -> float:
     return min(STILL_CLOCK_MHZ, chosen.core.kept_mhz(chosen.device) or STILL_CLOCK_MHZ)
 
 
+def _box_notes(loaded: LoadedScene, slices: Iterable[PlannedSlice]) -> Iterator[str]:
+    """Notes on slices that do not resolve what the scene wants."""
+    wanted = loaded.scene.build.resolution
+    for part in slices:
+        if wanted is not None and part.half_contrast < wanted:
+            views = gcd(part.shift, loaded.scene.camera.micro_image_size)
+            yield (
+                f"a = {part.a} resolves {part.half_contrast:.3f} cycles a micro lens at most"
+                + f": views meet in groups of {views}" * (views > 1)
+            )
+
+
 def _clock_notes(chosen: Candidate) -> tuple[str, ...]:
     asked, kept = chosen.loaded.scene.build.clock_mhz, chosen.core.kept_mhz(chosen.device)
     if asked is None or asked <= kept:
@@ -171,8 +207,8 @@ def make_plan(loaded: LoadedScene) -> Plan:
     small.
     """
     scene, device, model = loaded.scene, loaded.device, loaded.model()
-    m, columns, rows = scene.camera.micro_image_size, scene.frame.columns, scene.frame.rows
-    shifts, gaps = _slices_of(loaded, model)
+    columns, rows = scene.frame.columns, scene.frame.rows
+    shifts = _shifts_of(loaded, model)
     screen = _outputs_of(loaded, shifts, model)
     loaded = loaded.model_copy(update={"shown": screen})
     chosen = choose_core(loaded, shifts, device)
@@ -191,6 +227,8 @@ def make_plan(loaded: LoadedScene) -> Plan:
     engines, reason = engine_choice(chosen)
     if chosen.camera is not None:
         chosen.camera.check_clock(where=str(loaded.path))
+    slices = planned_slices(core, model)
+    gaps = _gaps_of(loaded, slices)
     full = replace(chosen, core=full_core(core))
 
     def needs(blocks: Iterable[Block]) -> dict[str, int]:
@@ -210,7 +248,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
         frame_clocks=frame_clocks,
         latency_clocks=latency_clocks,
         latency_lines=latency_lines,
-        slices=tuple(_planned_slice(shift, m, model) for shift in shifts),
+        slices=slices,
         gaps_mm=tuple((low, None if high == inf else high) for low, high in gaps),
         core=core,
         columns=columns,
@@ -237,5 +275,26 @@ def make_plan(loaded: LoadedScene) -> Plan:
         sensor=None if loaded.sensor is None else planned_sensor(loaded.sensor, device),
         camera=chosen.camera,
         edid=None if loaded.edid is None else loaded.edid.hex(),
-        notes=(*_notes_on(model), *_clock_notes(chosen)),
+        notes=(*_notes_on(model), *_box_notes(loaded, slices), *_clock_notes(chosen)),
     )
+
+
+def compared_boxes(loaded: LoadedScene, plan: Plan) -> list[tuple[int, Plan | InputError]]:
+    """Plans of a scene with other boxes: B from 1 to M, for each slice that can have it.
+
+    Other slices have the smallest larger box that they can have; of two B that are the same for
+    all slices, the smaller one. Instead of a plan stands the error if there is none. `plan`: of the
+    scene; its slices are those of all plans.
+    """
+    m, shifts = plan.core.micro_image_size, plan.core.shifts
+    loaded = loaded.model_copy(update={"shifts": shifts})
+    plans: dict[tuple[int, ...], tuple[int, Plan | InputError]] = {}
+    for box in range(1, m + 1):
+        boxes = tuple(least_box(m, shift, box) for shift in shifts)
+        if boxes in plans:
+            continue
+        try:
+            plans[boxes] = box, make_plan(with_wishes(loaded, box=boxes))
+        except InputError as error:
+            plans[boxes] = box, error
+    return list(plans.values())

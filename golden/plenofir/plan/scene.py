@@ -149,6 +149,11 @@ class SceneBuild(_Part):
     # Samples B of the box that each output averages along a dimension, M by default: one number, or
     # one for each of depth.slices; a multiple of gcd(a M, M). On the path "core".
     box: Box | tuple[Box, ...] | None = None
+    # In place of box: cycles a micro lens at which half of the contrast is to be left, and noise at
+    # most, as a share of the raw image's: the largest box that resolves so much, or the smallest
+    # one that is so quiet.
+    resolution: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    noise: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
     # "normalise": near the border, where not all views reach, divide by the number that do; "zero":
     # count the others as black. With exact arithmetic, one row at a time, path "core", no sharpen.
     border: Border = "zero"
@@ -216,6 +221,7 @@ class SceneBuild(_Part):
         sharpens = bool(sharpening_units(self.sharpen, 2, 1))
         normalises = self.border == "normalise"
         stored, video = self.arithmetic == "stored", self.path != "core"
+        wishes = self.resolution is not None or self.noise is not None
         rows, many = self.parallel_rows > 1, self.pixels_per_clock not in ("auto", 1)
         _refuse_first(
             (self.guard_bits > self.fraction_bits, "guard_bits must be at most fraction_bits"),
@@ -224,7 +230,9 @@ class SceneBuild(_Part):
             (sharpens and stored, "sharpen needs exact sums: arithmetic = 'exact' or 'auto'"),
             (sharpens and rows, "sharpen needs parallel_rows = 1"),
             (sharpens and video, "sharpen needs path = 'core'"),
+            (self.box is not None and wishes, "give either box, or resolution and noise"),
             (self.box is not None and video, "box needs path = 'core'"),
+            (wishes and video, "resolution and noise need path = 'core'"),
             (normalises and stored, "border = 'normalise' needs arithmetic = 'exact' or 'auto'"),
             (normalises and rows, "border = 'normalise' needs parallel_rows = 1"),
             (normalises and video, "border = 'normalise' needs path = 'core'"),
