@@ -19,6 +19,7 @@ from uuid import uuid4
 import llvmlite
 import numba
 from numba.core.caching import FunctionCache, NullCache
+from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
 
 from plenofir.ground import compiling
@@ -91,7 +92,10 @@ class KeptCode(FunctionCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The variant, or None: numba compiles it then."""
-        loaded = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        # Numba loads its whole compiler first, which takes longer than all code of ours. What is on
+        # disk needs no more than the memory of its arrays.
+        rtsys.initialize(target_context)
+        loaded = self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         if loaded is None:
             compiling.begin(self._function)
         return loaded

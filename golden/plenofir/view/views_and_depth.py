@@ -40,10 +40,13 @@ def reduced(picture: Image, step: int) -> Image:
     """Means of step x step pixels, of fewer at the right and bottom edges."""
     if step == 1:
         return picture
-    sums, counts = picture.astype(np.float64), np.ones(picture.shape[:2])
-    for axis in (0, 1):
-        starts = np.arange(0, picture.shape[axis], step)
-        sums, counts = (np.add.reduceat(each, starts, axis) for each in (sums, counts))
+    rows, columns = (-(-n // step) for n in picture.shape[:2])
+    sums, counts = np.zeros((rows, columns, *picture.shape[2:])), np.zeros((rows, columns))
+    for down, right in np.ndindex(step, step):
+        part = picture[down::step, right::step]
+        there = slice(part.shape[0]), slice(part.shape[1])
+        sums[there] += part
+        counts[there] += 1
     means = sums / counts.reshape(*counts.shape, *[1] * (sums.ndim - 2))
     return np.asarray(np.rint(means), picture.dtype)
 

@@ -13,6 +13,7 @@ from types import FunctionType, ModuleType
 
 import numpy as np
 import pytest
+from numba.core.cpu import CPUContext
 from numba.core.dispatcher import Dispatcher
 
 from plenofir.ground import compiling
@@ -110,6 +111,17 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 # An empty file, or one of other sources, is no damage.
 STALE = ("empty", "short", "of another version", "flipped at 0/8")
+
+
+def test_code_on_disk_does_not_wait_for_the_compiler(twice, monkeypatch) -> None:
+    assert twice() == [0, 2, 4, 6, 8]
+
+    def unwanted(context: CPUContext) -> None:
+        raise AssertionError("numba loaded what compiling needs")
+
+    monkeypatch.setattr(CPUContext, "load_additional_registries", unwanted)
+    assert twice() == [0, 2, 4, 6, 8]
+    assert twice.loaded
 
 
 @pytest.mark.parametrize("name", DAMAGES)

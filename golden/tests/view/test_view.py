@@ -47,10 +47,32 @@ from plenofir.view.light_field import plane_table
 from plenofir.view.live import Captured
 from plenofir.view.mosaic import packed_views
 from plenofir.view.page import PartRequest
-from plenofir.view.views_and_depth import Depth, LightField
+from plenofir.view.views_and_depth import Depth, LightField, reduced
 
 RNG = np.random.default_rng(3)
 RAW = RNG.integers(0, 256, (23, 31, 3), dtype=np.uint8)
+
+
+@pytest.mark.parametrize("step", [1, 2, 5, 40])
+def test_reduced_pictures_are_means_of_what_there_is(step: int) -> None:
+    rows, columns = RAW.shape[:2]
+    for t, line in enumerate(small := reduced(RAW, step)):
+        for s, pixel in enumerate(line):
+            part = RAW[t * step : (t + 1) * step, s * step : (s + 1) * step]
+            assert (pixel == np.rint(part.mean(axis=(0, 1)))).all()
+    assert small.shape == (-(-rows // step), -(-columns // step), 3)
+
+
+def test_large_grey_views_without_loss_are_png_which_is_quicker_for_them() -> None:
+    views = RNG.integers(0, 200, (2, 2, 800, 800), dtype=np.uint8)
+    kinds = {}
+    for name, some in {"grey": views, "small": views[:, :, :90], "RGB": views[..., None]}.items():
+        mosaic = packed_views(some.repeat(3, -1) if name == "RGB" else some, 1 << 24)
+        kinds[name] = mosaic.part.kind
+        picture = np.asarray(PillowImage.open(io.BytesIO(mosaic.part.content)))
+        whole = np.moveaxis(some, (0, 1), (0, 2)).reshape(2 * some.shape[2], -1)
+        assert ((picture if picture.ndim == 2 else picture[..., 0]) == whole).all()
+    assert kinds == {"grey": "image/png", "small": "image/webp", "RGB": "image/webp"}
 
 
 def test_views_are_those_of_the_raw_image_and_black_beyond_it() -> None:
