@@ -50,7 +50,7 @@ WAYS: dict[str, tuple[str, ...]] = {
         *("core", "flows", "scenes", "simulation", "boards", "architecture", "decisions"),
         *("fir-array", "moving-sum", "stack", "resampling", "hdmi", "resources"),
     ),
-    "Trust it": ("verification", "faults", "studies", "measured"),
+    "Trust it": ("verification", "faults", "never-run", "studies", "measured"),
     "Beside the thesis": ("thesis",),
 }
 
