@@ -230,11 +230,11 @@ FAMILIES: dict[Family, Facts] = {
         ),
         block_rams=(BlockRam(128, _18K),),
         lut_ram=_DPR16X4,
+        # Of products with a register behind them, as all here have; the narrowest included.
         multipliers=(
-            Multiplier((36, 36), (22, 22), 4),
-            Multiplier((36, 18), (22, 10), 2),
-            Multiplier((18, 18), (10, 4), 1),
-            Multiplier((9, 9), (4, 4), 1),
+            Multiplier((36, 36), (19, 19), 4),
+            Multiplier((36, 18), (19, 2), 2),
+            Multiplier((18, 18), (2, 2), 1),
         ),
         ports="-noiopad",
     ),
