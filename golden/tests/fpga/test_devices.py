@@ -13,6 +13,7 @@ from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.hdl import hdl_sources
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.resources.record import load_record
+from plenofir.fpga.synthesis import counts
 from plenofir.fpga.synthesis.counts import COUNTED, count_cells, counted_cores
 from plenofir.fpga.synthesis.few_pins import three_pins
 from plenofir.fpga.synthesis.placers import (
@@ -97,6 +98,24 @@ def test_cells_of_a_family() -> None:
     usage = count_cells("series7", {"LUT6": 3, "RAM64M": 2, "FDRE": 5, "RAMB36E1": 2}).usage
     assert (usage.lut, usage.flip_flops, usage.block_rams, usage.dsp) == (11, 5, 4, 0)
     assert count_cells("cyclonev", {"MISTRAL_ALUT6": 1, "MISTRAL_ALUT3": 4}).lut == 3
+
+
+def test_an_ecp5_counts_what_is_left_for_placement(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Registers that block RAM has of its own are none, as in what `plan` estimates."""
+    cells = {"num_cells_by_type": {"TRELLIS_FF": 3, "DP16KD": 1, "LUT4": 7}}
+
+    def yosys(_commands: object, log: Path, **_files: object) -> None:
+        log.with_name("cells.json").write_text(f"stat\n{json.dumps({'design': cells})}")
+
+    moved = iter([2])
+    monkeypatch.setattr(counts, "write_verilog", lambda *_: tmp_path / "top.v")
+    monkeypatch.setattr(counts, "run_yosys", yosys)
+    monkeypatch.setattr(counts, "use_output_registers", lambda _: next(moved))
+    found = {f: counts.count(f, [], "top", {}, tmp_path) for f in ("ecp5", "nexus")}
+    assert (found["ecp5"].flip_flops, found["ecp5"].lut) == (1, 7)
+    assert next(moved, None) is None
 
 
 STILL = """

@@ -12,6 +12,7 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.resources.record import Figures
 from plenofir.fpga.synthesis.comparison import LANES, SETS, Cell, measured_cells
+from plenofir.fpga.synthesis.output_registers import use_output_registers
 from plenofir.fpga.tools.synthesis import Generics, run_yosys, write_verilog
 from plenofir.refocus.arithmetic import StoredProductArithmetic
 
@@ -81,19 +82,24 @@ def count(
     """Synthesise a design for a family in a folder, and count its resources."""
     directory.mkdir(parents=True, exist_ok=True)
     verilog = write_verilog(sources, top, generics, directory)
-    facts, cells = FAMILIES[family], directory / "cells.json"
+    facts, report, netlist = FAMILIES[family], directory / "cells.json", directory / "netlist.json"
     run_yosys(
         [
             f"read_verilog {verilog.name}",
             f"{facts.synthesis} {facts.ports} -top {top}",
-            f"tee -q -o {cells.name} stat -json",
+            f"tee -q -o {report.name} stat -json",
+            f"write_json {netlist.name}",
         ],
         directory / "yosys.log",
         reads=[verilog],
-        writes=[cells.name],
+        writes=[report.name, netlist.name],
     )
-    text = cells.read_text()
-    return count_cells(family, json.loads(text[text.index("{") :])["design"]["num_cells_by_type"])
+    text = report.read_text()
+    cells = json.loads(text[text.index("{") :])["design"]["num_cells_by_type"]
+    if family == "ecp5":
+        # As before placement: those that block RAM has of its own.
+        cells["TRELLIS_FF"] -= use_output_registers(netlist)
+    return count_cells(family, cells)
 
 
 def count_cells(family: Family, cells: Mapping[str, int]) -> Figures:
