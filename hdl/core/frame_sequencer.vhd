@@ -54,7 +54,8 @@ entity frame_sequencer is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Size of the frame, read with its first pixel. The size must not change until the frame has left the core.
+    -- Size of the frame, read with its first pixel and set at the latest a clock before that pixel is on offer. The
+    -- size must not change until the frame has left the core.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
     -- Slice of the frame, read in the clock of frame_start.
@@ -229,7 +230,7 @@ architecture rtl of frame_sequencer is
   signal excess         : std_logic;
   signal stray          : std_logic;
   signal offered        : frame_t;
-  signal size_supported : std_logic;
+  signal size_supported : std_logic := '0';
 
   -- Parts of `state` for waveforms, because GHDL writes no records into them: the token's place, the frame's slice.
   signal column     : unsigned(COLUMN_BITS - 1 downto 0);
@@ -246,9 +247,6 @@ begin
   offered.last_column <= resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);
   offered.rows_left   <= unsigned(rows) - 1;
   offered.slice       <= slice;
-
-  size_supported <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
-                    '0';
 
   new_start <= s_axis_tuser and not state.start_lasts;
   stray     <= '1' when (new_start = '0' and (state.open_frame = '0' or excess = '1')) or
@@ -365,6 +363,8 @@ begin
   begin
 
     if rising_edge(clk) then
+      -- Compared a clock ahead, because the comparisons would be too long in front of the decision.
+      size_supported <= to_logic(unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0);
       -- The frame is written in every clock, so it needs no enable.
       state.frame <= step.frame;
       state.waits <= waits_after(state, step);

@@ -25,7 +25,8 @@ entity colour_mosaic is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Size of the frame, read with its first pixel; must be constant until the frame has left.
+    -- Size of the frame, set at the latest a clock before its first pixel is on offer; must be constant until the frame
+    -- has left.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
     -- Line (bit 1) and column (bit 0) of the red pixel in the first 2 x 2 pixels; must be constant.
