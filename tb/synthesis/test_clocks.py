@@ -87,7 +87,7 @@ def test_every_file_has_the_clock_of_the_plan(
         clock = plan.built_mhz
         assert plan.clock_mhz is None or clock >= plan.clock_mhz
         capsys.readouterr()
-        print_plan(plan)
+        print_plan(plan, None)
         assert f"built for {clock:g} MHz; the {plan.part} " in capsys.readouterr().out
         print(f"seed {seed}")
         out = tmp_path / str(number)

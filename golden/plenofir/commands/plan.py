@@ -62,6 +62,7 @@ def plan(
 ) -> None:
     """Plan the smallest hardware for a scene: slices, resources, latency, what is left out."""
     from plenofir.plan import load_scene, make_plan
+    from plenofir.plan.placements import placed_beside_full
     from plenofir.plan.planner import compared_boxes
     from plenofir.plan.scene_box import with_wishes
 
@@ -81,10 +82,8 @@ def plan(
         for name, needed in planned.needs.items()
     ]
     write_plot_and_csv(plot, lambda: _drawn(planned), csv_file, rows)
+    placement = placed_beside_full(planned)
     if as_json:
-        from plenofir.plan.placements import placed_beside_full
-
-        placement = placed_beside_full(planned)
         placed = None if placement is None else placement.model_dump()
         content = {**planned.model_dump(mode="json"), "placed": placed}
         if boxes:
@@ -99,7 +98,7 @@ def plan(
             ]
         print_json(content)
     else:
-        print_plan(planned)
+        print_plan(planned, placement)
         if boxes:
             print_boxes(compared, planned)
 

@@ -10,6 +10,7 @@ from plenofir.commands.console import print_line, print_table
 from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
+    from plenofir.plan.placements import BesideFull
     from plenofir.plan.plan import Plan, PlannedSensor
 
 
@@ -101,13 +102,8 @@ def beside(needed: float, full: float) -> tuple[str, str, str]:
     return f"{needed:g}", f"{full:g}", "0%" if change == "+0%" else change
 
 
-def print_placed(plan: "Plan") -> None:
+def print_placed(placement: "BesideFull") -> None:
     """Print what was recorded of a shipped scene's core and its full build, their clocks too."""
-    from plenofir.plan.placements import placed_beside_full
-
-    placement = placed_beside_full(plan)
-    if placement is None:
-        return
     print_table(
         ("core, placed", "this scene", "full build", "change"),
         [(name, *beside(needed, placement.full[name])) for name, needed in placement.scene.items()],
@@ -158,8 +154,8 @@ def _print_frames(plan: "Plan") -> None:
         print_line("edid", f"the scene's own: {describe_edid(bytes.fromhex(plan.edid))}")
 
 
-def print_plan(plan: "Plan") -> None:
-    """Print a plan for a person."""
+def print_plan(plan: "Plan", placement: "BesideFull | None") -> None:
+    """Print a plan for a person, and what is recorded of its core."""
     _print_frames(plan)
     core = plan.core
     for part in plan.slices:
@@ -217,7 +213,8 @@ def print_plan(plan: "Plan") -> None:
     above = {name: n - plan.full[name] for name, n in plan.needs.items() if n > plan.full[name]}
     if above:
         print_line("", f"takes {_amounts(above)} less than this scene")
-    print_placed(plan)
+    if placement is not None:
+        print_placed(placement)
     for omission in plan.left_out:
         change = omission.change(plan.available)
         change_text = ": ".join(filter(None, (omission.what, change)))

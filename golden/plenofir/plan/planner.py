@@ -6,8 +6,13 @@ from dataclasses import replace
 from fractions import Fraction
 from math import gcd, inf
 
-from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_note
-from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
+from plenofir.camera.rays import RayModel, covering_slices, diffraction_note
+from plenofir.camera.rays.cover import (
+    Slice,
+    depth_of_field,
+    gaps_between,
+    without_idle_slices,
+)
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
@@ -27,24 +32,6 @@ from plenofir.refocus.shifts import shift_to_text
 
 STILL_CLOCK_MHZ = 74.25
 """Clock for stills, that of 720p at 60 frames a second."""
-
-
-def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
-    """Drop slices whose depth of field adds nothing to that of the others."""
-
-    def uncovered(slices: list[Slice]) -> float:
-        # In reciprocal distances a gap to infinity has a finite size.
-        return sum(1 / low - (0 if high == inf else 1 / high) for low, high in gaps(slices))
-
-    def gaps(slices: list[Slice]) -> tuple[tuple[float, float], ...]:
-        return gaps_between(slices, near_mm, far_mm)
-
-    kept = list(cover.slices)
-    for part in cover.slices:
-        others = [other for other in kept if other is not part]
-        if others and uncovered(others) <= uncovered(kept):
-            kept = others
-    return Cover(tuple(kept), gaps(kept))
 
 
 def _shifts_of(loaded: LoadedScene, model: RayModel | None) -> tuple[int, ...]:

@@ -84,7 +84,7 @@ def test_what_leaving_out_costs_is_told(capsys: pytest.CaptureFixture[str]) -> N
     slices = plan.left_out[0]
     assert "slices" in slices.what
     assert more == {name: slices.costs[name] for name in more} != {}
-    print_plan(plan)
+    print_plan(plan, None)
     text = ", ".join(f"{n} {name}" for name, n in more.items())
     printed = capsys.readouterr().out
     assert f"takes {text} less than this scene" in printed

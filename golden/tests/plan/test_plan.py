@@ -13,6 +13,7 @@ from written_scenes import BASE, scene, write
 
 from plenofir.camera.rays import Cover, Slice, covering_slices
 from plenofir.camera.rays.camera import CAMERAS
+from plenofir.camera.rays.cover import without_idle_slices
 from plenofir.fpga import hdl
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.ground.errors import InputError
@@ -28,7 +29,6 @@ from plenofir.plan.configure import (
 )
 from plenofir.plan.loaded_scene import scene_files
 from plenofir.plan.plan import Plan
-from plenofir.plan.planner import without_idle_slices
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
 
 

@@ -71,6 +71,24 @@ def gaps_between(
     return tuple((near, far) for near, far in between if near < far)
 
 
+def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
+    """Drop slices whose depth of field adds nothing to that of the others."""
+
+    def uncovered(slices: list[Slice]) -> float:
+        # In reciprocal distances a gap to infinity has a finite size.
+        return sum(1 / low - (0 if high == inf else 1 / high) for low, high in gaps(slices))
+
+    def gaps(slices: list[Slice]) -> tuple[tuple[float, float], ...]:
+        return gaps_between(slices, near_mm, far_mm)
+
+    kept = list(cover.slices)
+    for part in cover.slices:
+        others = [other for other in kept if other is not part]
+        if others and uncovered(others) <= uncovered(kept):
+            kept = others
+    return Cover(tuple(kept), gaps(kept))
+
+
 def covering_slices(
     model: RayModel, near_mm: float, far_mm: float, *, step: Fraction | None = None
 ) -> Cover:
