@@ -12,7 +12,9 @@ Progress = Callable[[str, int, int], None]
 
 # Lines of nextpnr's log that show its stage, the last stage first.
 _STAGES = (
+    # Router 2 of Nexus and Gowin says "Routing.." only when it has ended.
     ("Routing..", "routing"),
+    ("Running router2", "routing"),
     ("Running simulated annealing placer", "placing, last steps"),
     ("Running main analytical placer", "placing"),
     ("Packing", "packing"),

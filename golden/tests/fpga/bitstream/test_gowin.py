@@ -13,6 +13,7 @@ from in_process import plenofir
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import gowin
 from plenofir.fpga.bitstream.nextpnr import load_builds
+from plenofir.fpga.bitstream.steps import nextpnr_stage
 from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdl_text import declarations
@@ -23,6 +24,20 @@ from plenofir.plan import load_scene, make_plan
 OpenTools = Callable[..., dict[str, Any]]
 BOARD = BOARDS["tangnano20k"]
 CELLS = ("LUT4", "ALU", "DFF", "BSRAM", "MULT18X18", "IOLOGICO", "rPLL", "IOB")
+
+
+def test_the_stage_of_nextpnr_is_the_last_that_its_log_names(tmp_path: Path) -> None:
+    log, stages = tmp_path / "nextpnr.log", [nextpnr_stage(tmp_path / "none.log")]
+    for line in (
+        "Info: Packing IOs..",
+        "Info: Running main analytical placer, max placement attempts per cell = 10000.",
+        "Info: Running simulated annealing placer for refinement.",
+        "Info: Running router2...",
+        "Info:     iter=1 wires=44759 overused=4824 overuse=5777 archfail=NA",
+    ):
+        log.write_text(f"{log.read_text() if log.exists() else ''}{line}\n")
+        stages.append(nextpnr_stage(log))
+    assert stages == ["reading", "packing", "placing", "placing, last steps", *2 * ["routing"]]
 
 
 def report(constraint: float = 25.2, achieved: float = 40.0) -> dict[str, Any]:
