@@ -21,6 +21,8 @@ _SEGMENT_OUTPUTS = 32
 _ROW_CHOICES = (1, 2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 32)
 _THREAD_CHOICES = (128, 256, 384, 512)
 _BOTH = True, False
+# The last word of a picture is read with the one behind it.
+_WORD = 4
 LENS_THREADS = 128
 """Threads of a block that works on lenses."""
 
@@ -134,7 +136,7 @@ def _tile(
     held = max(0, padded_columns if padded else min(padded_columns, columns))
     samples = height * channels
     lines = -(-_BYTES[offset_type] * run_steps(slice_, height) // 16) * 16
-    shared = lines + samples * (held * column_bytes + width * pixel_bytes)
+    shared = lines + samples * (held * column_bytes + width * pixel_bytes) + _WORD
     if shared > shared_limit:
         return None
     # Threads without work wait for the others.

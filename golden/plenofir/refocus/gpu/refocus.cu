@@ -36,6 +36,9 @@ constexpr int RING = BOX / STEP;
 constexpr int WARM_STEPS = (ORDER + 1) * (RING - 1);
 constexpr int ROW_STEPS = TILE_ROWS + 2 * LENS + WARM_STEPS;
 constexpr int NO_ROW = -2147483647 - 1;
+
+__device__ constexpr int bits_of(LineSum number) { return number > 0 ? 1 + bits_of(number / 2) : 0; }
+
 constexpr Offset NO_LINE = Offset(-1);
 constexpr int ENTERING_BYTES = (ROW_STEPS * int(sizeof(Offset)) + 15) / 16 * 16;
 
@@ -99,13 +102,39 @@ __device__ inline void run_of_sums(int first, int length, Entering entering, Ins
     }
 }
 
+// The weight of a pixel that all views reach, and the power of two that is not below it.
+constexpr LineSum WHOLE = LineSum(FULL) * FULL * SCALE * SCALE;
+constexpr int WHOLE_BITS = bits_of(WHOLE - 1);
+
 // A sum over its weight, rounded, halves up, and limited to 0 .. WHITE.
 __device__ inline Pixel quotient(LineSum sum, LineSum weight)
 {
-    constexpr LineSum whole = LineSum(FULL) * FULL * SCALE * SCALE;
-    if (sum <= 0 || weight == 0) return 0;
-    const LineSum result = !NORMALISED || weight == whole ? (sum + whole / 2) / whole : (sum + weight / 2) / weight;
-    return Pixel(result > LineSum(WHITE) ? LineSum(WHITE) : result);
+    if ((SIDE && sum < 0) || (NORMALISED && weight == 0)) return 0;
+    LineSum result;
+    if (NORMALISED && weight != WHOLE) {
+        result = (sum + weight / 2) / weight;
+    } else if constexpr (sizeof(LineSum) == 8 || WHOLE == 1) {
+        result = (sum + WHOLE / 2) / WHOLE;
+    } else {
+        // Exact for numbers of 31 bits (Granlund and Montgomery, 1994): the compiler, which does not know that there is
+        // no sign, takes two instructions more.
+        constexpr unsigned inverse = ((1ull << (31 + WHOLE_BITS)) + WHOLE - 1) / WHOLE;
+        result = unsigned(unsigned(sum + WHOLE / 2) * (unsigned long long)inverse >> 32) >> (WHOLE_BITS - 1);
+    }
+    // Only sharpened sums exceed what pixels have.
+    return Pixel(SIDE && result > LineSum(WHITE) ? LineSum(WHITE) : result);
+}
+
+// Copies a line of bytes from `place` of the block's memory by a warp, in words that are aligned where they go.
+__device__ inline void copy_line(const unsigned char* memory, int place, unsigned char* to, int bytes, int lane)
+{
+    const int ahead = int((4 - ((unsigned long long)to & 3)) & 3), lead = ahead < bytes ? ahead : bytes;
+    const int words = (bytes - lead) / 4, rest = lead + 4 * words, bits = 8 * ((place + lead) & 3);
+    const unsigned* const from = (const unsigned*)memory + (place + lead) / 4;
+    unsigned* const target = (unsigned*)(to + lead);
+    for (int i = lane; i < words; i += 32) target[i] = __funnelshift_r(from[i], from[i + 1], bits);
+    if (lane < lead) to[lane] = memory[place + lane];
+    if (lane < bytes - rest) to[rest + lane] = memory[place + rest + lane];
 }
 
 // Makes tile `tile_column` of its line of tiles, of slice `number` of the stack; see stack.cu for the others.
@@ -154,6 +183,8 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
     const int first_row = first_place(row0) - (SHIFT > 1 ? (M - 1) * (SHIFT - 1) : 0);
     const int last_row = first_place(row0) + STEP * (ROW_STEPS - 1) + (SHIFT < 1 ? (M - 1) * (1 - SHIFT) : 0);
     const bool all_lines = first_row >= 0 && last_row < rows;
+    // Samples between the rows of views that meet.
+    const long long apart = VIEWS_APART * (SHIFT - 1) * (long long)pitch;
     __syncthreads();
 
     for (int sample = thread; sample < width; sample += THREADS) {
@@ -181,6 +212,12 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
                     }
                     int row = int(entering[i]);
                     if (row == NO_ROW) return sum;
+                    if (all_lines) {
+                        const Pixel* sample = x + (Offset(row) * pitch + first_sample);
+#pragma unroll (UNROLLED ? GROUPS : 1)
+                        for (int view = 0; view < GROUPS; view++, sample -= apart) sum += *sample;
+                        return sum;
+                    }
 #pragma unroll (UNROLLED ? GROUPS : 1)
                     for (int view = 0; view < GROUPS; view++, row -= VIEWS_APART * (SHIFT - 1))
                         if (row >= 0 && row < rows) sum += x[Offset(row) * pitch + first_sample];
@@ -254,8 +291,13 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
     for (int r = thread / 32; r < TILE_ROWS && row0 + r < row_stop; r += THREADS / 32) {
         const Pixel* const from = picture + (r * TILE_COLUMNS + left - column0) * CHANNELS;
         Pixel* const to = out + ((long long)(row0 + r - row_start) * width_out + left - column_start) * CHANNELS;
+        if (!sharpest) {
+            const int place = int((const unsigned char*)from - memory);
+            copy_line(memory, place, (unsigned char*)to, samples * int(sizeof(Pixel)), thread % 32);
+            continue;
+        }
         const unsigned char* const of_lenses = sharpest + (row0 + r) / M * lens_columns;
         for (int i = thread % 32; i < samples; i += 32)
-            if (!sharpest || of_lenses[(left + i / CHANNELS) / M] == first_slice + number) to[i] = from[i];
+            if (of_lenses[(left + i / CHANNELS) / M] == first_slice + number) to[i] = from[i];
     }
 }

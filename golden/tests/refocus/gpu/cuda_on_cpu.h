@@ -44,6 +44,11 @@ static int __syncthreads_or(int here)
     return any;
 }
 
+static unsigned __funnelshift_r(unsigned low, unsigned high, int bits)
+{
+    return unsigned(((unsigned long long)high << 32 | low) >> bits);
+}
+
 template <class Number>
 static void atomicAdd(Number* to, Number more)
 {

@@ -16,7 +16,7 @@ from plenofir.refocus import ExactArithmetic, refocus, refocus_stack, sharpest_s
 from plenofir.refocus.border import arrived
 from plenofir.refocus.gpu import program
 from plenofir.refocus.gpu.constants import depth_source, run_steps, source, tiles_of
-from plenofir.refocus.sharpness import Search, local_sharpness
+from plenofir.refocus.sharpness import Search, local_sharpness, slice_weight
 from plenofir.refocus.slices import Slice
 
 SHAPE = (37, 45)
@@ -208,6 +208,7 @@ def test_depth_without_slices_equals_that_of_the_cpu(
     shape, pixel_bits, options, gpu_on_cpu, monkeypatch
 ):
     monkeypatch.setattr(program, "MOST_SLICES", 3)
+    options = dict(options)
     seed = secrets.randbits(32)
     print("seed", seed)
     rng = np.random.default_rng(seed)
@@ -216,9 +217,14 @@ def test_depth_without_slices_equals_that_of_the_cpu(
     raw[:, : shape[1] // 2] = 90
     raw[27:31, 3:7] = 200
     settings = [Fraction(n, 4) for n in (-3, 0, 1, 4, 6)]
-    stack = refocus_stack(raw, 4, settings)
-    sharpness = [local_sharpness(image, 4, options.get("radius", 1)) for image in stack]
-    # Some lenses have texture.
+    how = {name: options[name] for name in ("border", "interpolation") if name in options}
+    sharpness = [
+        local_sharpness(image, 4, options.get("radius", 1))
+        * (slice_weight(int(4 * a), 4) if "between" in options else 16)
+        >> 4
+        for image, a in zip(refocus_stack(raw, 4, settings, **how), settings, strict=True)
+    ]
+    # Half of the lenses have texture.
     options["confidence"] = int(np.median(np.ptp(sharpness, axis=0)))
     want = sharpest_slices(raw, 4, settings, **options)
     on_gpu = array_api_strict.asarray(raw)
