@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Features of a full build that a scene does not need."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SliceEngine
@@ -32,23 +33,26 @@ _REASONS = {
 _NOT_ASKED = "the scene does not ask for it"
 
 
-def _left_out(
-    feature: str,
-    more: Iterable[Block],
-    less: Iterable[Block],
-    device: Device,
-    reason: str = _NOT_ASKED,
-) -> LeftOut:
-    """Compare a device's resources with (`more`) and without (`less`) a feature.
+class _Feature(NamedTuple):
+    """What a scene leaves out: blocks with it, and those that stand in their place."""
 
-    The reason is for a feature whose omission costs more than it saves.
+    name: str
+    more: tuple[Block, ...]
+    less: tuple[Block, ...]
+
+
+def _compared(feature: _Feature, device: Device) -> LeftOut:
+    """Compare a device's resources with and without a feature.
+
+    A feature whose omission costs more than it saves has a reason.
     """
-    before = device.amounts(estimate(less, device.family))
-    after = device.amounts(estimate(more, device.family))
+    before = device.amounts(estimate(feature.less, device.family))
+    after = device.amounts(estimate(feature.more, device.family))
     saves = {name: n - before[name] for name, n in after.items() if n > before[name]}
     costs = {name: before[name] - n for name, n in after.items() if n < before[name]}
     is_costly = bool(costs) and _largest_share(saves, device) <= _largest_share(costs, device)
-    return LeftOut(what=feature, saves=saves, costs=costs, reason=reason if is_costly else "")
+    reason = _REASONS.get(feature.name, _NOT_ASKED) if is_costly else ""
+    return LeftOut(what=feature.name, saves=saves, costs=costs, reason=reason)
 
 
 def _largest_share(amounts: Mapping[str, int], device: Device) -> float:
@@ -101,7 +105,7 @@ def _stored(core: CoreConfiguration) -> CoreConfiguration | None:
     return core.model_copy(update={"arithmetic": arithmetic})
 
 
-def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfiguration]]:
+def _of_core(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfiguration]]:
     """Features that the scene leaves out: text, and the core with the feature."""
     full, engine = full_core(core), core.slice_engine
     spare = len(full.shifts) - len(core.shifts)
@@ -147,7 +151,7 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
         yield _STORED_NAME, stored
 
 
-def _stack_left_out(core: CoreConfiguration, screen: Screen, device: Device) -> Iterator[LeftOut]:
+def _of_stack(core: CoreConfiguration, screen: Screen) -> Iterator[_Feature]:
     """What all slices in one pass could be more, and are not."""
     screen, full = replace(screen, overlay=None), full_core(core)
     blocks = screen.blocks(core)
@@ -156,23 +160,23 @@ def _stack_left_out(core: CoreConfiguration, screen: Screen, device: Device) -> 
         wide = core.model_copy(update={"shifts": full.shifts, "boxes": full.boxes})
         lines = core.engine.lines(wide) - core.engine.lines(core)
         feature = f"{spare} of {len(full.shifts)} slices, {lines} of {extent(wide)}"
-        yield _left_out(feature, screen.blocks(wide), blocks, device)
+        yield _Feature(feature, screen.blocks(wide), blocks)
     if core.channels < full.channels:
         feature = f"{full.channels - core.channels} of {full.channels} channels"
         colour = core.model_copy(update={"channels": full.channels})
-        yield _left_out(feature, screen.blocks(colour), blocks, device)
+        yield _Feature(feature, screen.blocks(colour), blocks)
     further, outputs = {"s": ("depth index", "i"), "i": ("picture in focus", "ai")}, screen.outputs
     judges = len(core.shifts) > 1 and core.pixels_per_clock <= core.micro_image_size
     if outputs in further and judges:
         feature, more_outputs = further[outputs]
         judged = replace(screen, outputs=more_outputs)
-        yield _left_out(feature, judged.blocks(core), blocks, device)
+        yield _Feature(feature, judged.blocks(core), blocks)
 
 
-def _screen_left_out(core: CoreConfiguration, screen: Screen, device: Device) -> Iterator[LeftOut]:
+def _of_screen(core: CoreConfiguration, screen: Screen) -> Iterator[_Feature]:
     """Outputs of a board that the scene does not use."""
     if screen.needs_stack:
-        yield from _stack_left_out(core, screen, device)
+        yield from _of_stack(core, screen)
     elif len(core.shifts) > 1 and core.micro_image_size > 1:
         stack = core.model_copy(
             update={
@@ -183,39 +187,36 @@ def _screen_left_out(core: CoreConfiguration, screen: Screen, device: Device) ->
             }
         )
         feature = "all-in-focus and depth: focal stack, depth index"
-        yield _left_out(feature, Screen(outputs="rad").blocks(stack), core.blocks, device)
+        yield _Feature(feature, Screen(outputs="rad").blocks(stack), core.blocks)
     if screen.overlay is None:
         text = scene_overlay(core.shifts, core.micro_image_size)
-        yield _left_out("text over the picture", text.blocks, (), device)
+        yield _Feature("text over the picture", text.blocks, ())
+
+
+def _features(chosen: Candidate) -> Iterator[_Feature]:
+    core, chip = chosen.core, chosen.loaded.sensor
+    path, screen = chosen.loaded.scene.build.path, chosen.loaded.shown
+    if not screen.needs_stack:
+        for name, other in _of_core(core):
+            yield _Feature(name, other.blocks, core.blocks)
+        if path == "core" and chosen.device.family == "spartan6":
+            # The board, a Spartan-6, has a core of three channels.
+            yield _Feature("video timing, TMDS ends, the board's control", (VIDEO,), ())
+    if path == "video":
+        yield from _of_screen(core, screen)
+    elif screen.needs_stack:
+        yield from _of_stack(core, screen)
+    if chip is not None:
+        for name, logic in _of_sensor(chip):
+            yield _Feature(name, logic.blocks, chip.logic.blocks)
 
 
 def left_out(chosen: Candidate) -> tuple[LeftOut, ...]:
     """All features that a scene's core, the board around it, and its sensor leave out."""
-    core, device, chip = chosen.core, chosen.device, chosen.loaded.sensor
-    path, screen = chosen.loaded.scene.build.path, chosen.loaded.shown
-    features: list[LeftOut] = []
-    if not screen.needs_stack:
-        features += (
-            _left_out(feature, other.blocks, core.blocks, device, _REASONS.get(feature, _NOT_ASKED))
-            for feature, other in _differences(core)
-        )
-        if path == "core" and device.family == "spartan6":
-            # The board, a Spartan-6, has a core of three channels.
-            feature = "video timing, TMDS ends, the board's control"
-            features.append(_left_out(feature, (VIDEO,), (), device))
-    if path == "video":
-        features += _screen_left_out(core, screen, device)
-    elif screen.needs_stack:
-        features += _stack_left_out(core, screen, device)
-    if chip is not None:
-        features += (
-            _left_out(feature, logic.blocks, chip.logic.blocks, device)
-            for feature, logic in _sensor_differences(chip)
-        )
-    return tuple(features)
+    return tuple(_compared(feature, chosen.device) for feature in _features(chosen))
 
 
-def _sensor_differences(chip: SensorChip) -> Iterator[tuple[str, SensorLogic]]:
+def _of_sensor(chip: SensorChip) -> Iterator[tuple[str, SensorLogic]]:
     """Features that a sensor leaves out: text, and the logic with the feature."""
     core, logic = chip.core, chip.logic
     lenses = chip.raster[0] * chip.raster[1] // core.micro_image_size**2
