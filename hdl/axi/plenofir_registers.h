@@ -267,6 +267,9 @@ typedef struct plenofir_regs_t
 // Attributes for the 'sharpening' field in the 'slice_shift' register.
 #define PLENOFIR_SLICE_SHIFT_SHARPENING_SHIFT (14u)
 #define PLENOFIR_SLICE_SHIFT_SHARPENING_MASK (0x1Fu << 14u)
+// Attributes for the 'box' field in the 'slice_shift' register.
+#define PLENOFIR_SLICE_SHIFT_BOX_SHIFT (19u)
+#define PLENOFIR_SLICE_SHIFT_BOX_MASK (0xFFu << 19u)
 
 // Address of the 'control' register.
 // Mode 'Read, Write'.

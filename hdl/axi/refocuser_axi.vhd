@@ -152,7 +152,8 @@ begin
       ENGINE     => engine_word(same_text(ENGINE, "moving_sum"), EXACT, CENTRED, HOLD, ANY_ROWS, INTERPOLATION_ORDER,
                               FRACTION_BITS, GUARD_BITS, BORDER_NORMALISED),
       SHIFTS     => SHIFTS,
-      SHARPENING => SHARPENING
+      SHARPENING => SHARPENING,
+      BOX        => BOX
     )
     port map (
       clk                => clk,

@@ -34,9 +34,10 @@ entity refocuser_registers is
     CONFIDENCE : natural := 0;
     RESAMPLER  : natural := 0;
     LENSES     : natural := 0;
-    -- The set of slices and the weights of their sharpening, as in raster_refocuser.
+    -- The set of slices, the weights of their sharpening and their boxes, as in raster_refocuser.
     SHIFTS     : string := "";
-    SHARPENING : string := ""
+    SHARPENING : string := "";
+    BOX        : string := ""
   );
   port (
     clk   : in    std_logic;
@@ -90,16 +91,19 @@ architecture rtl of refocuser_registers is
   function slice_words return slice_words_t is
 
     constant WEIGHTS : natural := slice_count(SHARPENING);
+    constant BOXES   : natural := slice_count(BOX);
 
-    variable words  : slice_words_t;
-    variable shift  : signed(SLICE_SHIFT_SHIFT_BITS - 1 downto 0);
-    variable weight : unsigned(SLICE_SHIFT_SHARPENING_BITS - 1 downto 0);
+    variable words   : slice_words_t;
+    variable shift   : signed(SLICE_SHIFT_SHIFT_BITS - 1 downto 0);
+    variable weight  : unsigned(SLICE_SHIFT_SHARPENING_BITS - 1 downto 0);
+    variable samples : unsigned(SLICE_SHIFT_BOX_BITS - 1 downto 0);
 
   begin
 
-    -- Unused bits are zero, and so are all weights if nothing is sharpened.
-    words  := (others => (others => '0'));
-    weight := (others => '0');
+    -- Unused bits are zero, and so are all weights if nothing is sharpened, and all boxes if they are M.
+    words   := (others => (others => '0'));
+    weight  := (others => '0');
+    samples := (others => '0');
 
     for i in 0 to SLICES - 1 loop
 
@@ -109,7 +113,12 @@ architecture rtl of refocuser_registers is
         weight := to_unsigned(slice_shift(SHARPENING, i), weight'length);
       end if;
 
-      words(i) := std_logic_vector(resize(weight & unsigned(shift), 32));
+      -- One number stands for all slices.
+      if BOXES > 0 then
+        samples := to_unsigned(slice_shift(BOX, choose(BOXES = 1, 0, i)), samples'length);
+      end if;
+
+      words(i) := std_logic_vector(resize(samples & weight & unsigned(shift), 32));
 
     end loop;
 

@@ -143,6 +143,8 @@ package register_map_pkg is
   constant SLICE_SHIFT_SHIFT_BITS      : positive := 14;
   constant SLICE_SHIFT_SHARPENING      : natural  := 14;
   constant SLICE_SHIFT_SHARPENING_BITS : positive := 5;
+  constant SLICE_SHIFT_BOX             : natural  := 19;
+  constant SLICE_SHIFT_BOX_BITS        : positive := 8;
 
   -- control: Switches the core on and off.
   constant CONTROL_ENABLE : natural := 0;

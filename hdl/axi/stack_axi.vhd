@@ -162,7 +162,8 @@ begin
       ENGINE     => engine_word(true, true, CENTRED, false, false, 0, 0, 0, BORDER_NORMALISED),
       SHARPNESS  => sharpness_word(RADIUS, VOTE_RADIUS),
       CONFIDENCE => CONFIDENCE,
-      SHIFTS     => SHIFTS
+      SHIFTS     => SHIFTS,
+      BOX        => BOX
     )
     port map (
       clk                => clk,

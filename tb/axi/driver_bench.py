@@ -110,6 +110,7 @@ async def refocuser(dut: Any) -> None:
     m = want.micro_image_size
     assert found.parts == {"refocuser"}
     assert (found.micro_image_size, found.shifts) == (m, want.shifts)
+    assert found.boxes == want.slice_boxes
     assert (found.channels, found.pixel_bits) == (want.channels, want.pixel_bits)
     assert found.settings == tuple(Fraction(shift, m) for shift in want.shifts)
     columns, rows = want.max_columns, 2 * m
@@ -217,6 +218,7 @@ async def stack(dut: Any) -> None:
     index = CASE.get("index")
     assert core.description.parts == {"stack", *(["depth_index"] if index else [])}
     assert core.description.shifts == want.shifts
+    assert core.description.boxes == want.slice_boxes
     columns, rows = want.max_columns, 3 * want.micro_image_size
     await bench.refuses(lambda: core.set_slice(0), "without a refocuser")
     await bench.call(lambda: core.set_frame_size(columns, rows))

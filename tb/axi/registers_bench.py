@@ -16,7 +16,7 @@ from plenofir_tb.register_map import MAP, PARTS, Model
 
 CASE = read_case()
 WORDS = CASE["words"]  # values of constant registers
-SHIFTS, WEIGHTS = CASE["shifts"], CASE["weights"]
+SHIFTS, WEIGHTS, BOXES = CASE["shifts"], CASE["weights"], CASE["boxes"]
 MAX_COLUMNS = MAP["limits"].fields_of(WORDS["limits"])["max_columns"]
 ERRORS, STATUS = MAP["errors"].fields, MAP["interrupt_status"].fields
 REFUSED = 1 << ERRORS["refused"][0]
@@ -110,7 +110,7 @@ class Bench:
             number = self.model.kept["asked_slice"]
             if number >= len(SHIFTS):
                 return 0
-            return WEIGHTS[number] << 14 | SHIFTS[number] & 0x3FFF
+            return BOXES[number] << 19 | WEIGHTS[number] << 14 | SHIFTS[number] & 0x3FFF
         changing = {
             "errors": self.errors,
             "interrupt_status": self.status,

@@ -21,7 +21,9 @@ HDL = project.root() / "hdl" / "axi"
 REFOCUSER = CoreConfiguration(micro_image_size=3, shifts=(2, -1, 0), max_columns=15)
 # That of the sessions in docs/registers.md.
 SESSION = CoreConfiguration(micro_image_size=5, shifts=(-3, -1, 0, 2), max_columns=20)
-STACK = CoreConfiguration(micro_image_size=3, shifts=(-1, 2), max_columns=14, engine=StackEngine())
+STACK = CoreConfiguration(
+    micro_image_size=3, shifts=(-1, 2), max_columns=14, boxes=(2, 3), engine=StackEngine()
+)
 # With the index behind it two pixels a clock.
 JUDGED = STACK.model_copy(update={"engine": StackEngine(pixels_per_clock=2)})
 INDEX = DepthIndexConfiguration(micro_image_size=3, slices=2, max_columns=14)

@@ -22,6 +22,9 @@ def drawn_case(parts: tuple[str, ...], rng: random.Random, *, accesses: int) -> 
     slices = rng.choice([1, 2, 5, 12]) if {"refocuser", "stack"} & set(parts) else 0
     shifts = [rng.randint(-4096, 4096) for _ in range(slices)]
     weights = [rng.randint(0, 16) for _ in shifts] if rng.random() < 0.5 else [0] * slices
+    # A box for each slice, one for all, or none.
+    numbers = rng.choice([0, 1, slices]) if slices else 0
+    boxes = [rng.randint(1, 128) for _ in range(numbers)]
     words = {
         "parts": sum(1 << PARTS.index(part) for part in parts),
         "geometry": word("geometry", pixels_per_clock=rng.choice([1, 4])),
@@ -31,11 +34,13 @@ def drawn_case(parts: tuple[str, ...], rng: random.Random, *, accesses: int) -> 
     generics = {name.upper(): value for name, value in words.items()}
     generics["SHIFTS"] = " ".join(map(str, shifts))
     generics["SHARPENING"] = " ".join(map(str, weights)) if any(weights) else ""
+    generics["BOX"] = " ".join(map(str, boxes))
     words |= {"identification": 0x506C6E66, "version": release_word()}
     case = {
         "words": words,
         "shifts": shifts,
         "weights": weights,
+        "boxes": boxes if len(boxes) == slices else (boxes or [0]) * slices,
         "accesses": accesses,
         "resets": accesses // 40,
     }

@@ -240,7 +240,9 @@ async def capabilities(dut: Any) -> None:
     assert engine["moving_sum"] == (CORE.engine.kind == "moving_sum")
     for number, shift in enumerate(CORE.shifts):
         await bench.write("asked_slice", number=number)
-        assert (await bench.read("slice_shift"))["shift"] == shift & 0x3FFF
+        described = await bench.read("slice_shift")
+        assert described["shift"] == shift & 0x3FFF
+        assert (described["box"] or CORE.micro_image_size) == CORE.slice_boxes[number]
     bench.size = draw_size(bench)
     await bench.write("control", enable=1)
     await bench.send(bench.beats(bench.frame()))

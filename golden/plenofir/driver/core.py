@@ -34,6 +34,7 @@ class Description:
     micro_image_size: int  # M in pixels
     shifts: tuple[int, ...]  # a' of each slice in pixels
     sharpening: tuple[int, ...]  # weight of each slice in 64ths
+    boxes: tuple[int, ...]  # samples B that an output of each slice averages along a dimension
     channels: int
     pixel_bits: int
     pixels_per_clock: int
@@ -119,6 +120,7 @@ class Core:
             micro_image_size=geometry.micro_image_size,
             shifts=tuple(record.shift for record in slices),
             sharpening=tuple(record.sharpening for record in slices),
+            boxes=tuple(record.box or geometry.micro_image_size for record in slices),
             channels=geometry.channels,
             pixel_bits=geometry.pixel_bits,
             pixels_per_clock=geometry.pixels_per_clock,
