@@ -37,6 +37,7 @@ entity atlys_top is
     GUARD_BITS          : natural range 0 to 12    := 2;
     BROADCAST_TAPS      : natural                  := 0;
     ENGINE              : string                   := "fir";
+    BOX                 : string                   := "";
     -- Test pattern: 640x480p60.
     PATTERN_H_ACTIVE : positive range 3 to 4095 := 640;
     PATTERN_H_FRONT  : positive range 1 to 4095 := 16;
@@ -107,7 +108,8 @@ architecture rtl of atlys_top is
                               fraction_bits       => FRACTION_BITS,
                               guard_bits          => GUARD_BITS,
                               broadcast_taps      => BROADCAST_TAPS,
-                              engine              => ENGINE
+                              engine              => ENGINE,
+                              box                 => BOX
                             );
 
   constant PATTERN : timing_t := mode_timing

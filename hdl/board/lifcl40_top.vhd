@@ -39,6 +39,7 @@ entity lifcl40_top is
     GUARD_BITS          : natural range 0 to 12    := 0;
     BROADCAST_TAPS      : natural                  := 0;
     ENGINE              : string                   := "moving_sum";
+    BOX                 : string                   := "";
     PIXELS_PER_CLOCK    : positive range 1 to 8    := 4;
     -- Lines of a frame; with a sensor its raster sets them.
     ROWS : positive range 1 to 65535 := 480;
@@ -90,6 +91,7 @@ architecture rtl of lifcl40_top is
                               guard_bits          => GUARD_BITS,
                               broadcast_taps      => BROADCAST_TAPS,
                               engine              => ENGINE,
+                              box                 => BOX,
                               pixels_per_clock    => PIXELS_PER_CLOCK,
                               channels            => CAMERA_CHANNELS,
                               pixel_bits          => RAW_BITS

@@ -24,6 +24,7 @@ entity parallel_top is
     GUARD_BITS          : natural range 0 to 12    := 0;
     BROADCAST_TAPS      : natural                  := 0;
     ENGINE              : string                   := "moving_sum";
+    BOX                 : string                   := "";
     PIXEL_BITS          : positive range 8 to 12   := 10;
     -- Lines of a frame; each line has MAX_COLUMNS pixels.
     ROWS : positive range 1 to 65535 := 480
@@ -112,6 +113,7 @@ begin
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
       ENGINE              => ENGINE,
+      BOX                 => BOX,
       BROADCAST_TAPS      => BROADCAST_TAPS
     )
     port map (

@@ -36,6 +36,7 @@ entity pynqz2_top is
     GUARD_BITS          : natural range 0 to 12    := 2;
     BROADCAST_TAPS      : natural                  := 0;
     ENGINE              : string                   := "fir";
+    BOX                 : string                   := "";
     -- Test pattern: 800x600p72 at OWN_DIVIDE = 12.
     PATTERN_H_ACTIVE : positive range 3 to 4095 := 800;
     PATTERN_H_FRONT  : positive range 1 to 4095 := 56;
@@ -108,7 +109,8 @@ architecture rtl of pynqz2_top is
                               fraction_bits       => FRACTION_BITS,
                               guard_bits          => GUARD_BITS,
                               broadcast_taps      => BROADCAST_TAPS,
-                              engine              => ENGINE
+                              engine              => ENGINE,
+                              box                 => BOX
                             );
 
   constant PATTERN : timing_t := mode_timing

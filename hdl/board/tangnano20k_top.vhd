@@ -35,6 +35,7 @@ entity tangnano20k_top is
     GUARD_BITS          : natural range 0 to 12    := 2;
     BROADCAST_TAPS      : natural                  := 0;
     ENGINE              : string                   := "fir";
+    BOX                 : string                   := "";
     -- The picture's part of 640x480 at 60 Hz, with black columns on both sides.
     SIDE_COLUMNS     : positive range 3 to 1024 := 80;
     PATTERN_H_ACTIVE : positive range 3 to 4095 := 480;
@@ -79,7 +80,8 @@ architecture rtl of tangnano20k_top is
                               fraction_bits       => FRACTION_BITS,
                               guard_bits          => GUARD_BITS,
                               broadcast_taps      => BROADCAST_TAPS,
-                              engine              => ENGINE
+                              engine              => ENGINE,
+                              box                 => BOX
                             );
 
   constant PATTERN : timing_t := mode_timing

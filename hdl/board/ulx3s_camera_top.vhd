@@ -41,6 +41,7 @@ entity ulx3s_camera_top is
     GUARD_BITS          : natural range 0 to 12    := 0;
     BROADCAST_TAPS      : natural                  := 0;
     ENGINE              : string                   := "moving_sum";
+    BOX                 : string                   := "";
     -- The screen's mode: 640x480 at 25 MHz.
     PATTERN_H_ACTIVE : positive range 3 to 4095 := 640;
     PATTERN_H_FRONT  : positive range 1 to 4095 := 16;
@@ -101,6 +102,7 @@ architecture rtl of ulx3s_camera_top is
                               guard_bits          => GUARD_BITS,
                               broadcast_taps      => BROADCAST_TAPS,
                               engine              => ENGINE,
+                              box                 => BOX,
                               channels            => CAMERA_CHANNELS,
                               pixel_bits          => RAW_BITS
                             );

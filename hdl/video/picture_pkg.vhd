@@ -78,6 +78,7 @@ package picture_pkg is
     guard_bits          : natural  := 0;
     broadcast_taps      : natural  := 0;
     engine              : string   := "fir";
+    box                 : string   := "";
     outputs             : string   := work.screen_pkg.OUTPUTS;
     radius              : natural  := SHARPNESS_RADIUS;
     vote_radius         : natural  := work.screen_pkg.VOTE_RADIUS;
@@ -322,6 +323,7 @@ package body picture_pkg is
     guard_bits          : natural  := 0;
     broadcast_taps      : natural  := 0;
     engine              : string   := "fir";
+    box                 : string   := "";
     outputs             : string   := work.screen_pkg.OUTPUTS;
     radius              : natural  := SHARPNESS_RADIUS;
     vote_radius         : natural  := work.screen_pkg.VOTE_RADIUS;
@@ -335,7 +337,7 @@ package body picture_pkg is
 
       if needs_stack(outputs) then
         -- A stack has three channels of 8 bits, whatever the video, because the picture of depth is in colour.
-        return stack_of(name, micro_image_size, shifts, max_columns => LONGEST, channels => 3);
+        return stack_of(name, micro_image_size, shifts, max_columns => LONGEST, channels => 3, box => box);
       end if;
 
       return core_of
@@ -351,7 +353,8 @@ package body picture_pkg is
         fraction_bits       => fraction_bits,
         guard_bits          => guard_bits,
         engine              => engine,
-        broadcast_taps      => broadcast_taps
+        broadcast_taps      => broadcast_taps,
+        box                 => box
       );
 
     end function chosen_core;

@@ -13,7 +13,9 @@ pytest.importorskip("cocotbext.axi", reason="cocotbext-axi is missing: scripts/s
 
 CORES = (
     CoreConfiguration(micro_image_size=2, shifts=(-1, 0, 2), max_columns=17, border="normalise"),
-    CoreConfiguration(micro_image_size=3, shifts=(1, -2), max_columns=12, channels=3, pixel_bits=5, boxes=(2, 3)),
+    CoreConfiguration(
+        micro_image_size=3, shifts=(1, -2), max_columns=12, channels=3, pixel_bits=5, boxes=(2, 3)
+    ),
     CoreConfiguration(
         micro_image_size=3,
         shifts=(2, -1, 0),

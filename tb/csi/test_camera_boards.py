@@ -75,6 +75,7 @@ def scene(shape: tuple[int, int], bits: int, *, on_screen: bool = False) -> Scen
     core = CoreConfiguration(
         micro_image_size=M,
         shifts=(1, -1),
+        boxes=(3, 2),
         max_columns=raster.shape[1],
         channels=3,
         pixel_bits=bits,
@@ -158,7 +159,12 @@ def test_lifcl40_with_four_lanes_and_four_pixels_a_clock(tmp_path: Path) -> None
     raw = np.random.default_rng(seed).integers(0, 1 << bits, shape, np.uint16)
     engine = MovingSumEngine(pixels_per_clock=4)
     core = CoreConfiguration(
-        micro_image_size=5, shifts=(2, -2), max_columns=shape[1], pixel_bits=bits, engine=engine
+        micro_image_size=5,
+        shifts=(2, -2),
+        boxes=(3, 1),
+        max_columns=shape[1],
+        pixel_bits=bits,
+        engine=engine,
     )
     sent = [frame_packets(raw, bits, number=frame + 1) for frame in range(frames)]
     # A line in 1.5 us; between frames the core's time for its last lines.

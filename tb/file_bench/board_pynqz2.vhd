@@ -40,6 +40,7 @@ begin
       HOLD                => HOLD,
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
+      BOX                 => BOX,
       PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
       PATTERN_H_FRONT     => PATTERN_H_FRONT,
       PATTERN_H_SYNC      => PATTERN_H_SYNC,

@@ -16,6 +16,7 @@ entity board_under_test is
     HOLD                : boolean;
     BROADCAST_TAPS      : natural;
     ENGINE              : string;
+    BOX                 : string;
     PATTERN_H_ACTIVE    : positive;
     PATTERN_H_FRONT     : positive;
     PATTERN_H_SYNC      : positive;

@@ -33,6 +33,7 @@ entity hdmi_bench is
     HOLD                : boolean  := false;
     BROADCAST_TAPS      : natural  := 0;
     ENGINE              : string   := "fir";
+    BOX                 : string   := "";
     PATTERN_H_ACTIVE    : positive := 64;
     PATTERN_H_FRONT     : positive := 6;
     PATTERN_H_SYNC      : positive := 4;
@@ -169,6 +170,7 @@ begin
       HOLD                => HOLD,
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
+      BOX                 => BOX,
       PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
       PATTERN_H_FRONT     => PATTERN_H_FRONT,
       PATTERN_H_SYNC      => PATTERN_H_SYNC,

@@ -25,6 +25,7 @@ entity lifcl40_bench is
     GUARD_BITS          : natural  := 0;
     BROADCAST_TAPS      : natural  := 0;
     ENGINE              : string;
+    BOX                 : string   := "";
     PIXELS_PER_CLOCK    : positive := 1;
     ROWS                : positive := 480;
     CLOCK_DIVIDE        : positive := 3;
@@ -95,6 +96,7 @@ begin
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
+      BOX                 => BOX,
       PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
       ROWS                => ROWS,
       CLOCK_DIVIDE        => CLOCK_DIVIDE,

@@ -19,6 +19,7 @@ entity tangnano20k_bench is
     HOLD                : boolean  := false;
     BROADCAST_TAPS      : natural  := 0;
     ENGINE              : string   := "fir";
+    BOX                 : string   := "";
     SWEEP_FRAMES        : positive := 1;
     SIDE_COLUMNS        : positive := 80;
     PATTERN_H_ACTIVE    : positive := 480;
@@ -76,6 +77,7 @@ begin
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
+      BOX                 => BOX,
       SIDE_COLUMNS        => SIDE_COLUMNS,
       PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
       PATTERN_H_FRONT     => PATTERN_H_FRONT,

@@ -21,6 +21,7 @@ entity ulx3s_camera_bench is
     GUARD_BITS          : natural := 0;
     BROADCAST_TAPS      : natural := 0;
     ENGINE              : string;
+    BOX                 : string  := "";
     PATTERN_H_ACTIVE    : positive;
     PATTERN_H_FRONT     : positive;
     PATTERN_H_SYNC      : positive;
@@ -109,6 +110,7 @@ begin
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
+      BOX                 => BOX,
       PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
       PATTERN_H_FRONT     => PATTERN_H_FRONT,
       PATTERN_H_SYNC      => PATTERN_H_SYNC,

@@ -147,7 +147,7 @@ class SceneBuild(_Part):
     # refocusing between integer a blurs; with exact arithmetic, one row at a time, path "core".
     sharpen: str = "off"
     # Samples B of the box that each output averages along a dimension, M by default: one number, or
-    # one for each of depth.slices; a multiple of gcd(a M, M). On the path "core".
+    # one for each of depth.slices; a multiple of gcd(a M, M).
     box: Box | tuple[Box, ...] | None = None
     # In place of box: cycles a micro lens at which half of the contrast is to be left, and noise at
     # most, as a share of the raw image's: the largest box that resolves so much, or the smallest
@@ -231,8 +231,6 @@ class SceneBuild(_Part):
             (sharpens and rows, "sharpen needs parallel_rows = 1"),
             (sharpens and video, "sharpen needs path = 'core'"),
             (self.box is not None and wishes, "give either box, or resolution and noise"),
-            (self.box is not None and video, "box needs path = 'core'"),
-            (wishes and video, "resolution and noise need path = 'core'"),
             (normalises and stored, "border = 'normalise' needs arithmetic = 'exact' or 'auto'"),
             (normalises and rows, "border = 'normalise' needs parallel_rows = 1"),
             (normalises and video, "border = 'normalise' needs path = 'core'"),

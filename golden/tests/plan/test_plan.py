@@ -319,8 +319,6 @@ def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
         ("[build]", '[build]\nsharpen = "auto"\npath = "video"', r"sharpen needs path = 'core'"),
         ("[build]", '[build]\nborder = "mirror"', r"build\.border"),
         ("[build]", "[build]\nbox = 0", r"build\.box"),
-        ("[build]", '[build]\nbox = 2\npath = "video"', r"box needs path = 'core'"),
-        ("[build]", '[build]\nnoise = 0.5\npath = "video"', r"noise need path = 'core'"),
         ("[build]", "[build]\nbox = 2\nnoise = 0.5", r"give either box, or resolution and noise"),
         ("[build]", "[build]\nresolution = 0", r"build\.resolution = 0 should be greater than 0"),
         ("[build]", '[build]\nborder = "normalise"\nparallel_rows = 2', r"needs parallel_rows = 1"),

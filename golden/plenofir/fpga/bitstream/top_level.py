@@ -24,7 +24,7 @@ TOP = "atlys_top"
 Value = int | bool | str
 
 # Generics of a top level that also apply to a focal stack.
-_STACK_GENERICS = ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS")
+_STACK_GENERICS = ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS", "BOX")
 
 
 def top_source(top: str = TOP) -> Path:
@@ -117,7 +117,7 @@ def board_generics(core: CoreConfiguration, top: str = TOP) -> dict[str, Value]:
         # The rest has no meaning then, see picture_core.
         is_rgb8 = core.channels == 3 and core.pixel_bits == 8 and core.align == "centred"
         if is_rgb8 and "PIXEL_BITS" not in defaults:
-            return {name: stack[name] for name in _STACK_GENERICS}
+            return {name: stack[name] for name in _STACK_GENERICS if name in stack}
         raise _no_such_refocuser(top)
     values = {name: value for name, value in core.generics().items() if name in defaults}
     if configuration({**defaults, **values}) != core:
@@ -129,12 +129,10 @@ def camera_generics(core: CoreConfiguration, top: str) -> dict[str, Value]:
     """Generics of a top level with a camera that mean a configuration of the refocuser.
 
     Channels and bits stand in ``camera_pkg``. Refused is what `camera_refocuser` has not: several
-    rows at once, sharpening, boxes below M, normalised borders, other than centred outputs.
+    rows at once, sharpening, normalised borders, other than centred outputs.
     """
     defaults, values = default_generics(top), core.generics()
-    plain = core.model_copy(
-        update={"align": "centred", "sharpening": (), "boxes": (), "border": "zero"}
-    )
+    plain = core.model_copy(update={"align": "centred", "sharpening": (), "border": "zero"})
     if plain != core or core.parallel_rows != 1 or values.get("ANY_ROWS", False):
         raise _no_such_refocuser(top)
     pixels = {"PIXELS_PER_CLOCK": 1} if "PIXELS_PER_CLOCK" in defaults else {}
@@ -144,7 +142,7 @@ def camera_generics(core: CoreConfiguration, top: str) -> dict[str, Value]:
 def _no_such_refocuser(top: str) -> InputError:
     return InputError(
         "has no such refocuser; it takes three channels of 8 bits (a camera any), one row at once, "
-        "centred outputs, no sharpening, boxes of M and borders of zero",
+        "centred outputs, no sharpening, and borders of zero",
         where=top,
     )
 
@@ -159,10 +157,15 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
     fields = {
         field: values[field.upper()] for field in kind.model_fields if field.upper() in values
     }
+    shifts, boxes = (
+        tuple(int(word) for word in str(values[name]).split()) for name in ("SHIFTS", "BOX")
+    )
     return CoreConfiguration.model_validate(
         {
             "micro_image_size": values["MICRO_IMAGE_SIZE"],
-            "shifts": tuple(int(word) for word in str(values["SHIFTS"]).split()),
+            "shifts": shifts,
+            # One number stands for all slices.
+            "boxes": boxes * len(shifts) if len(boxes) == 1 else boxes,
             "max_columns": values["MAX_COLUMNS"],
             # Pixels of a camera are grey, with the camera's number of bits.
             "channels": 1 if {"PIXEL_BITS", "PIXELS_PER_CLOCK"} & set(values) else 3,

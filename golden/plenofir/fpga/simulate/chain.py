@@ -93,8 +93,6 @@ def check_core(configuration: CoreConfiguration) -> None:
         raise refuse("raw", f"a picture with pixels of {configuration.pixel_bits} bits", "8 bits")
     if configuration.sharpens:
         raise refuse("sharpening", "a sharpened picture", "no sharpening, or the chain core")
-    if configuration.smaller_box:
-        raise refuse("boxes", "a box below M", "M, or the chain core")
     if configuration.normalises:
         raise refuse("border", "a normalised border", "zero, or the chain core")
     for field in ("parallel_rows", "pixels_per_clock"):

@@ -28,6 +28,12 @@ from plenofir.refocus import StoredProductArithmetic
         CoreConfiguration(
             micro_image_size=3, shifts=(1,), max_columns=64, channels=3, engine=MovingSumEngine()
         ),
+        CoreConfiguration(
+            micro_image_size=5, shifts=(2, -1), max_columns=64, channels=3, boxes=(2, 2)
+        ),
+        CoreConfiguration(
+            micro_image_size=5, shifts=(2, 0), max_columns=64, channels=3, boxes=(3, 5)
+        ),
     ],
 )
 def test_configuration_and_generics_are_one(core: CoreConfiguration) -> None:
