@@ -385,7 +385,8 @@ def main(folder: Path, *, record: bool = False) -> None:
     if record:
         growth.record()
         stability_report.record()
-    for report in (gpu_report, precision_report, stability_report):
+    print(f"written: {gpu_report.write_report(folder, keep=record)}")
+    for report in (precision_report, stability_report):
         print(f"written: {report.write_report(folder)}")
 
 

@@ -30,6 +30,7 @@ from plenofir.view import export, light_field_page
 from plenofir_studies import (
     clock_counts,
     energy,
+    gpu_predicted,
     growth,
     growth_measured,
     lens_pictures,
@@ -249,6 +250,8 @@ def benchmark_and_errata(text: str) -> str:
     """Put the benchmark and the errata of the thesis between their marks in a page."""
     benchmark = section(thesis_benchmark.page(thesis_benchmark.load_recorded()))
     text = between_marks(text, "benchmark", "\n".join(benchmark))
+    gpu = [*gpu_predicted.answer(), "", *gpu_predicted.page(gpu_predicted.load_recorded())]
+    text = between_marks(text, "gpu", "\n".join(gpu))
     return between_marks(text, "errata", "\n".join(page_lines()))
 
 

@@ -2,7 +2,8 @@
 """The refocuser on a GPU, timed: a frame's time, its share of the memory's bandwidth, the CPU.
 
 Arrays stay on the GPU. A copy of a frame within its memory measures the bandwidth: it reads and
-writes a frame once, as refocusing must at least. The report names what cannot run.
+writes a frame once, as refocusing must at least. The report names what cannot run; without a GPU it
+predicts (`plenofir_studies.gpu_predicted`).
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -14,11 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from plenofir.ground.extras import missing
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
+from plenofir_studies import gpu_predicted
+from plenofir_studies.gpu_predicted import SIZE, M
 from plenofir_studies.report_parts import Progress, Report, machine
 
-SIZE, M = 3201, 11
 _SHIFTS = (-21, 1, 11, 32)
 _RUNS = 30
 
@@ -158,9 +161,15 @@ def add(report: Report, device: Device, timed: Sequence[Timed], size: int) -> No
 
 
 def write_report(
-    folder: Path, progress: Progress | None = None, gpus: Sequence[Device | str] | None = None
+    folder: Path,
+    progress: Progress | None = None,
+    gpus: Sequence[Device | str] | None = None,
+    keep: bool = False,
 ) -> Path:
-    """Time every GPU and write ``gpu.md``; what could not run is a line of it."""
+    """Time every GPU and write ``gpu.md``; what could not run is a line of it.
+
+    Without a GPU times are predicted. `keep`: whether to keep predictions for the documentation.
+    """
     parts = list(devices()) if gpus is None else gpus
     report = Report(folder, "gpu.md", len(parts), progress)
     report.say(
@@ -173,9 +182,27 @@ def write_report(
         if isinstance(part, Device):
             add(report, part, measure(part), SIZE)
         report.step()
-    missing = [part for part in parts if isinstance(part, str)]
-    if missing:
-        line = f"Not run on a GPU: {'; '.join(missing)}."
+    reasons = [part for part in parts if isinstance(part, str)]
+    if reasons:
+        line = f"Not run on a GPU: {'; '.join(reasons)}."
         report.say(line)
         print(line)
+    if len(reasons) == len(parts):
+        report.say("## Predicted, where no GPU is")
+        report.add(_predictions(keep))
+    report.say("## The question of the thesis")
+    report.add(gpu_predicted.answer())
     return report.write()
+
+
+def _predictions(keep: bool) -> list[str]:
+    """What is predicted, or why nothing is."""
+    try:
+        frames = gpu_predicted.predict()
+    except ImportError as error:
+        return [f"Nothing: {missing(error.name or '').problem}.", ""]
+    except RuntimeError as error:
+        return [f"Nothing: NVIDIA's compiler fails ({error}).", ""]
+    if keep:
+        gpu_predicted.record(frames)
+    return gpu_predicted.page(gpu_predicted.Recorded(machine=machine(), frames=frames))

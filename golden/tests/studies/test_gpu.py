@@ -5,7 +5,7 @@ import array_api_strict
 import numpy as np
 import pytest
 
-from plenofir_studies import gpu_report
+from plenofir_studies import gpu_counts, gpu_predicted, gpu_report
 from plenofir_studies.report_parts import Report
 
 
@@ -39,9 +39,77 @@ def test_wrong_pictures_are_not_timed():
         gpu_report.measure(device(lambda x: x ^ 1), size=44, runs=1)
 
 
-def test_what_cannot_run_is_named_in_a_line(tmp_path, capsys):
+def test_what_cannot_run_is_named_in_a_line(tmp_path, capsys, monkeypatch):
+    def predict():
+        raise ModuleNotFoundError("No module named 'cuda'", name="cuda.bindings")
+
+    monkeypatch.setattr(gpu_predicted, "predict", predict)
     text = gpu_report.write_report(tmp_path, gpus=["A has no GPU", "B is missing"]).read_text()
     assert "\nNot run on a GPU: A has no GPU; B is missing.\n" in text
+    assert "\nNothing: the package cuda is missing; pip install 'plenofir[gpu]'.\n" in text
     assert capsys.readouterr().out == "Not run on a GPU: A has no GPU; B is missing.\n"
     # Here, whatever is installed: a device or a reason for each library.
     assert len(list(gpu_report.devices())) == 2
+
+
+LOOP = """
+.global .align 4 .b8 table[8] = {3, 0, 0, 0, 5};
+
+.visible .entry loop(
+	.param .u64 loop_param_0,
+	.param .u32 loop_param_1
+)
+{
+	ld.param.u32 	%r1, [loop_param_1];
+	mov.u32 	%r2, %tid.x;
+	mov.u64 	%rd1, table;
+	ld.global.u32 	%r3, [%rd1+4];
+	st.shared.u32 	[shared+4], %r3;
+	bar.sync 	0;
+	ld.shared.u32 	%r4, [shared+4];
+
+$L_1:
+	add.s32 	%r2, %r2, %r4;
+	setp.lt.s32 	%p1, %r2, %r1;
+	@%p1 bra 	$L_1;
+
+	ret;
+
+}
+"""
+
+
+def test_instructions_of_a_loop_are_counted_by_hand():
+    kernel = gpu_counts.Kernel(LOOP, "loop")
+    # Steps of 5 from 0 and from 32 to 63 and beyond: 13 and 7 rounds of 3 instructions.
+    assert kernel.executed((0, 63), (0, 0), 64, (1, 1)) == 2 * 8 + 3 * (13 + 7)
+
+
+@pytest.mark.parametrize(
+    ("operation", "given", "result"),
+    [
+        ("mul.hi.u32", [1 << 31, 6], 3),
+        ("mul.wide.s32", [-2, 3], -6),
+        ("mad.lo.s32", [7, 5, -36], -1),
+        ("shr.s32", [-8, 1], -4),
+        ("shr.u32", [-8, 1], (1 << 31) - 4),
+        ("rem.s32", [-7, 3], -1),
+        ("cvt.s64.s32", [0xFFFFFFFF], -1),
+        ("setp.lt.and.u32", [1, -1, 1], 1),
+        ("selp.b32", [4, 9, 0], 9),
+    ],
+)
+def test_integers_of_ptx(operation, given, result):
+    assert gpu_counts._result(operation.split("."), given) == result
+
+
+def test_predictions_count_what_the_compiler_makes():
+    pytest.importorskip("cuda.bindings.nvrtc")
+    stack, *depth = gpu_predicted.predict(242, 2, kinds=())
+    # A pixel takes tens of instructions of a thread; depth needs lenses' sums and the picture.
+    assert 10 < 32 * stack.instructions / stack.pixels < 200
+    assert stack.moved_bytes == 3 * 242**2
+    assert stack.instructions < depth[0].instructions < depth[1].instructions
+    assert depth[1].seconds == pytest.approx(depth[1].instructions / gpu_predicted.TRIAL)
+    lines = gpu_predicted.page(gpu_predicted.Recorded(machine="here", frames=[stack, *depth]))
+    assert any(line.startswith("| 2 slices, grey, 8 bit | ") for line in lines)
