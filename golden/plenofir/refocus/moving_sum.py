@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The operator as a re-ordering and a moving sum, step by step: the moving_sum engine.
+"""The operator as a re-ordering and a moving sum: schedule of the moving_sum engine.
 
 Pixel i = M j + v (phase v) contributes to the M outputs from J = i + v (a'-1) on, a multiple of
 g = gcd(a', M). Giving the g pixels with the same J places of their own, p = J + r with r = 0..g-1,
@@ -14,12 +14,8 @@ pixel that leaves is the one that entered B steps before; B is a multiple of g. 
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-
-import numpy as np
-import numpy.typing as npt
 
 from plenofir.refocus.operator import Align
 from plenofir.refocus.switches import FilterLayout
@@ -229,89 +225,3 @@ class SumLayout:
         if not columns:
             return steps
         return max(steps, self.reach) if self.any_length else max(steps, -(-length // m) * m)
-
-
-def steps_of(
-    lines: Sequence[npt.NDArray[np.int64]], layout: SumLayout
-) -> list[tuple[int | None, int, int | None]]:
-    """The line that begins in each step, the index in it, and the sample.
-
-    Empty steps fill up lines that are too short, and flush the last one.
-    """
-    steps: list[tuple[int | None, int, int | None]] = []
-    for number, line in enumerate(lines):
-        for k in range(layout.least_steps(len(line), columns=True)):
-            sample = int(line[k]) if k < len(line) else None
-            steps.append((number if k == 0 else None, k, sample))
-    return steps + [(None, k, None) for k in range(layout.delay + 1)]
-
-
-def moving_sum_lines(
-    lines: Iterable[npt.NDArray[np.integer]],
-    layout: SumLayout,
-    slices: Sequence[int] | None = None,
-) -> Iterator[npt.NDArray[np.int64]]:
-    """Run lines through the moving sum, one after the other without a gap where that is possible.
-
-    This models the engine step by step, with its rings of pixels for each phase: a pixel that they
-    no longer hold cannot be used. Empty steps fill up lines that are too short, and flush the last
-    line. Lines have any length K, S of each has the same shape; `slices` has one for each line, the
-    first of the set for all if None.
-    """
-    m, delay = layout.micro_image_size, layout.delay
-    queue = [np.asarray(line, np.int64) for line in lines]
-    order = [0] * len(queue) if slices is None else list(slices)
-    rings = [np.zeros(max(ring, 1), np.int64) for ring in layout.ring_lines]
-    write = [0] * m
-
-    steps = steps_of(queue, layout)
-    due = -1
-    results: list[list[int]] = [[] for _ in queue]
-    for now, (begins, index, sample) in enumerate(steps):
-        if begins is not None:
-            current = begins
-            base = list(write)
-            first_sum = held_sum = 0
-        phase = index % m
-        if sample is not None:
-            first_sum += sample * (index == layout.first_index(order[current], phase, held=False))
-            held_sum += sample * (index == layout.first_index(order[current], phase, held=True))
-        due_begins = steps[now - delay][0] if now >= delay else None
-        if due_begins is not None:
-            due, output = due_begins, 0
-            total, result = first_sum, held_sum
-            enter = []
-            for v in range(m):
-                initial = layout.initial_index(order[due], v, held=False)
-                skipped = 0 if initial is None else initial // m + 1
-                enter.append(base[v] + skipped)
-        elif due >= 0:
-            output += 1
-            slice_ = order[due]
-            v = layout.entering_phase(slice_, output)
-            i = output + delay - layout.entering_age(slice_, v)
-            ring = rings[v]
-            if not layout.pixels_leave and layout.begins_group(slice_, output - 1):
-                total = 0
-            if 0 <= i < len(queue[due]):
-                total += (
-                    sample
-                    if i == index and sample is not None and due == current
-                    else int(ring[enter[v] % len(ring)])
-                )
-            left = layout.leaving_phase(slice_, output)
-            i_left = output + delay - layout.leaving_age(slice_, left)
-            if layout.pixels_leave and 0 <= i_left < len(queue[due]):
-                total -= int(rings[left][(enter[left] - 1) % len(rings[left])])
-            if i >= 0:
-                enter[v] += 1
-            if layout.begins_group(slice_, output):
-                result = total
-        if sample is not None:
-            # Reads of this step come before its write.
-            rings[phase][write[phase] % len(rings[phase])] = sample
-            write[phase] += 1
-        if due >= 0 and output < len(queue[due]):
-            results[due].append(result)
-            if len(results[due]) == len(queue[due]):
-                yield np.array(results[due], np.int64)

@@ -16,12 +16,8 @@ position in the N outputs.
 The VHDL (``hdl/moving_sum/sum_lanes_pkg.vhd``) has the same functions.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-
-import numpy as np
-import numpy.typing as npt
 
 from plenofir.refocus.moving_sum import SumLayout
 
@@ -86,79 +82,3 @@ class LaneLayout:
         oldest = self.delay * self.pixels - self.sums.delay + self.pixels - 1 + self.sums.reach
         rows = -(-oldest // self.banks) + 3
         return 1 << (rows - 1).bit_length()
-
-
-def lane_sums(
-    lines: Iterable[npt.NDArray[np.integer]],
-    layout: LaneLayout,
-    slices: Sequence[int] | None = None,
-) -> Iterator[npt.NDArray[np.int64]]:
-    """Run lines through the moving sum with P pixels a token, without a gap where that is possible.
-
-    As `plenofir.refocus.moving_sum.moving_sum_lines`.
-    """
-    sums, p, banks = layout.sums, layout.pixels, layout.banks
-    delay = layout.delay
-    queue = [np.asarray(line, np.int64) for line in lines]
-    order = [0] * len(queue) if slices is None else list(slices)
-    memory = np.zeros((banks, layout.rows), np.int64)
-
-    # Tokens: the line that begins, and the pixels.
-    tokens: list[tuple[int | None, npt.NDArray[np.int64] | None]] = []
-    for number, line in enumerate(queue):
-        words = np.pad(line, (0, -len(line) % p)).reshape(-1, p)
-        for k in range(max(len(words), delay + 1)):
-            tokens.append((number if k == 0 else None, words[k] if k < len(words) else None))
-    tokens += [(None, None)] * (delay + 1)
-
-    due = -1
-    next_row = next_place = 0
-    results: list[list[int]] = [[] for _ in queue]
-    for now, (begins, word) in enumerate(tokens):
-        due_begins = tokens[now - delay][0] if now >= delay else None
-        if begins is not None:
-            frozen = (next_row, next_place)
-            current, count = begins, 0
-            next_row, next_place = next_row + 1, 0
-            base = next_row
-            first = held_first = 0
-            same = False
-        else:
-            count += 1
-        if word is not None:
-            for j in range(p):
-                wraps, bank = divmod(next_place + j, banks)
-                memory[bank, (next_row + wraps) % layout.rows] = word[j]
-                index = count * p + j
-                first += word[j] * layout.is_initial(order[current], index, held=False)
-                held_first += word[j] * layout.is_initial(order[current], index, held=True)
-            wraps, next_place = divmod(next_place + p, banks)
-            next_row += wraps
-        if due_begins is not None:
-            due, row, place, steps, same = due_begins, base, 0, 0, True
-            total, held = first, held_first
-        elif due >= 0:
-            wraps, place = divmod(place + p, banks)
-            row += wraps
-            steps += wraps
-        if due < 0:
-            continue
-        slice_ = order[due]
-        end_row, end_place = (next_row, next_place) if same else frozen
-
-        def pixel(rows: int, bank: int) -> int:
-            live = steps + rows >= 0 and (row + rows, bank) < (end_row, end_place)  # noqa: B023
-            return int(memory[bank, (row + rows) % layout.rows]) if live else 0  # noqa: B023
-
-        for j in range(p):
-            wraps, here = divmod(place + j, banks)
-            left = here - sums.box(slice_)
-            total += pixel(wraps + layout.row(slice_, here), layout.bank(slice_, here))
-            total -= pixel(wraps + layout.row(slice_, left), layout.bank(slice_, left))
-            output = steps * banks + place + j
-            if sums.begins_group(slice_, output):
-                held = total
-            if len(results[due]) < len(queue[due]):
-                results[due].append(held)
-                if len(results[due]) == len(queue[due]):
-                    yield np.array(results[due], np.int64)

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from stepped_sums import lane_sums, moving_sum_lines
 
 from plenofir.refocus import FilterLayout, filter_lines, gather_sums
 from plenofir.refocus.focal_stack import StackLayout
-from plenofir.refocus.moving_sum import SumLayout, moving_sum_lines
+from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.operator import output_offset
-from plenofir.refocus.sum_lanes import LaneLayout, lane_sums
+from plenofir.refocus.sum_lanes import LaneLayout
 
 pytestmark = pytest.mark.quick
 

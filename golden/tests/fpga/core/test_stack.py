@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from stepped_sums import focal_stack_lines
 
 from plenofir.refocus import gather_sums
-from plenofir.refocus.focal_stack import StackLayout, focal_stack_lines
+from plenofir.refocus.focal_stack import StackLayout
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.operator import output_offset
 
