@@ -5,6 +5,7 @@ And planes of the shipped focused camera.
 """
 
 import tempfile
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
@@ -20,7 +21,6 @@ from plenofir.camera.rays import (
 )
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.devices import DEVICES
-from plenofir.fpga.sensors import KNOWN_SENSORS, KnownSensor
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from table_text import put, table
@@ -32,6 +32,61 @@ _PITCHES = ((5, 2.24), (9, 2.24), (13, 1.12), (5, 3.0), (7, 3.0), (11, 3.0))
 _F_NUMBER = 5.6
 _CORE_MHZ = 100.0
 _DEVICES = ("lifcl-40", "lfe5u-25f", "lfe5u-45f", "lfe5u-85f")
+
+
+@dataclass(frozen=True)
+class KnownSensor:
+    """A sensor with MIPI CSI-2 at its largest frame, as public drivers run it."""
+
+    name: str
+    columns: int
+    rows: int
+    pixel_um: float
+    lanes: int
+    lane_mbits: float
+    bits: int  # of a raw pixel
+    frames_per_second: float
+    mosaic: bool
+    source: str  # where lanes and rate are from
+
+    @property
+    def lane_pixels(self) -> float:
+        """Pixels a second that the lanes bring while a line comes."""
+        return self.lanes * self.lane_mbits * 1e6 / self.bits
+
+    @property
+    def mean_pixels(self) -> float:
+        """Pixels a second on average over frames."""
+        return self.columns * self.rows * self.frames_per_second
+
+    @property
+    def byte_mhz(self) -> float:
+        """Clock of the lanes' bytes in MHz."""
+        return self.lane_mbits / 8
+
+    def pixels_per_clock(self, core_hz: float) -> int | None:
+        """The fewest pixels a clock (1 to 8) with which a core keeps up; None if 8 are too few."""
+        # With a margin of a tenth, as blanking is short in the fastest modes.
+        needed = min(1.1 * self.mean_pixels, self.lane_pixels)
+        return next((n for n in (1, 2, 4, 8) if n * core_hz >= needed), None)
+
+
+KNOWN_SENSORS = (
+    KnownSensor("IMX219", 3280, 2464, 1.12, 2, 912, 10, 15, True, "Linux' imx219.c"),
+    KnownSensor("OV5640", 2592, 1944, 1.4, 2, 672, 8, 15, True, "Linux' ov5640.c"),
+    KnownSensor("IMX290", 1920, 1080, 2.9, 2, 891, 10, 60, True, "Linux' imx290.c"),
+    KnownSensor("IMX290, 4 lanes", 1920, 1080, 2.9, 4, 445.5, 10, 60, True, "Linux' imx290.c"),
+    KnownSensor("OV9282", 1280, 800, 3.0, 2, 800, 10, 120, False, "Linux' ov9282.c"),
+    KnownSensor("AR0234, mono", 1920, 1200, 3.0, 2, 900, 10, 60, False, "Raspberry Pi's ar0234.c"),
+    KnownSensor("IMX477", 4056, 3040, 1.55, 2, 900, 12, 10, True, "Raspberry Pi's imx477.c"),
+    KnownSensor(
+        "any, 4 x 900 Mb/s", 2592, 1944, 2.2, 4, 900, 10, 65, False, "the most of four such lanes"
+    ),
+)
+"""Lanes, rates and bits as the source has them, and with them the frame rate: IMX219 182.4e6 /
+(3448 * 3526); OV5640 its own limit at 168 million pixels; IMX290 148.5e6 / (2200 * 1125); OV9282
+160e6 / (1456 * 910); AR0234 180e6 / (2448 * 1220); IMX477 the driver's remark. All of them have
+addresses of 16 bits and values of 8, the AR0234 of 16."""
 
 
 def _scene(sensor: KnownSensor, device: str) -> str:

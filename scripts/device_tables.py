@@ -4,7 +4,6 @@
 import re
 from functools import cache
 
-from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.resources.record import ECP5_SLOWEST, load_record
@@ -12,6 +11,7 @@ from plenofir.fpga.synthesis.ecp5 import NAMES
 from plenofir.ground.errors import InputError
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.loaded_scene import scene_files
+from plenofir_studies.records import load_builds
 from table_text import put, table
 
 

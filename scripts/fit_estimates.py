@@ -14,9 +14,7 @@ from plenofir.fpga.devices import Usage
 from plenofir.fpga.families import Family
 from plenofir.fpga.names import DEFAULT_ENGINE
 from plenofir.fpga.resources.estimate import estimate
-from plenofir.fpga.resources.record import ECP5_SLOWEST, Weights, load_record, save_record
-from plenofir.fpga.synthesis import comparison
-from plenofir.fpga.synthesis.counts import counted_cores
+from plenofir.fpga.resources.record import ECP5_SLOWEST, Weights, load_record
 from plenofir.plan.designs import (
     CORE,
     compared_designs,
@@ -24,6 +22,9 @@ from plenofir.plan.designs import (
     designs,
     grey_core,
 )
+from plenofir_studies import engine_cells
+from plenofir_studies.counted_cores import counted_cores
+from plenofir_studies.records import save_record
 
 # Small designs that are placed besides the scenes: kind, M, a', rows at once.
 PLACED = (("core", 1, 0, 1), ("core", 3, 1, 1), ("array", 3, 1, 1), ("array", 3, 1, 3))
@@ -49,7 +50,7 @@ def least_worst(parts: np.ndarray) -> np.ndarray:
 def placed_on_ecp5() -> list[tuple[str, CoreConfiguration, Usage]]:
     """Cores that were placed on an ECP5: the comparison's, the scenes', small ones."""
     records = load_record().placed[ECP5_SLOWEST]
-    cores = {cell.name: cell.core() for cell in comparison.placed_cells() if cell.name in records}
+    cores = {cell.name: cell.core() for cell in engine_cells.placed_cells() if cell.name in records}
     cores |= {design.name.removesuffix(" core"): design.core for design in core_designs()}
     for pair in compared_designs():
         cores |= {design.name: design.core for design in pair if design.name in records}
@@ -97,7 +98,7 @@ def fit(names: Sequence[str]) -> None:
             continue
         if family == "spartan6":
             cores = {design.name: design.core for design in designs() if design.top == CORE}
-            cores |= {cell.name: cell.core() for cell in comparison.measured_cells()}
+            cores |= {cell.name: cell.core() for cell in engine_cells.measured_cells()}
             records = counts[family]
             cells = [
                 (name, core, records[name].usage) for name, core in cores.items() if name in records

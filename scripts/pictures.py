@@ -53,7 +53,6 @@ from plenofir.fpga.resources.record import load_record
 from plenofir.fpga.screen.board_frames import ShownFrame, golden_frame
 from plenofir.fpga.simulate.chain import check_chain, run_chain
 from plenofir.fpga.simulate.file_bench import run_bench
-from plenofir.fpga.synthesis.comparison import ENGINES, SIZES, Cell, all_shifts
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.images import eight_bits, read_image, write_png
 from plenofir.plan import load_scene, make_plan
@@ -64,6 +63,7 @@ from plenofir.refocus.sharpness import depth_index
 from plenofir_studies import ray_pictures, sweep
 from plenofir_studies.calibration_report import MICROSCOPE, microscope_picture
 from plenofir_studies.depth_scenes import plane
+from plenofir_studies.engine_cells import ENGINES, SIZES, Cell, all_shifts
 from plenofir_studies.resolution import central_directions
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from device_tables import device_table, plan_on, scene_names
 from netlist_parts import PARTS, left_out_in_turn, needed_parts
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
@@ -25,16 +24,6 @@ from plenofir.fpga.resources.record import (
     load_record,
 )
 from plenofir.fpga.sensors import IMX219_MODES
-from plenofir.fpga.synthesis.comparison import (
-    ENGINES,
-    SETS,
-    SIZES,
-    Cell,
-    lane_cells,
-    placed_cells,
-    shown_shifts,
-    widest,
-)
 from plenofir.fpga.synthesis.spartan6 import TMDS_ENDS
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
@@ -49,6 +38,17 @@ from plenofir.plan.designs import (
 )
 from plenofir.plan.omissions import full_core
 from plenofir.plan.placements import recorded_beside_full
+from plenofir_studies.engine_cells import (
+    ENGINES,
+    SETS,
+    SIZES,
+    Cell,
+    lane_cells,
+    placed_cells,
+    shown_shifts,
+    widest,
+)
+from plenofir_studies.records import load_builds
 from table_text import put, table
 
 MEMORY_COLUMNS = 1024

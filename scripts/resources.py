@@ -10,7 +10,7 @@ compare synthesises and places the cells of the comparison of both engines that 
   parts of their names; --again measures anew.
 devices places the cores of the shipped scenes on the devices of plenofir.fpga.synthesis.placers
   that the record lacks; names of devices, or DEVICE:SCENE: anew.
-families counts the cores of plenofir.fpga.synthesis.counts for the families of other vendors that
+families counts the cores of plenofir_studies.counted_cores for the families of other vendors that
   the record lacks; names of families.
 place places for ECP5, or for the device that is named behind a scene. A scene: its clock and
   resources (recorded of a shipped core with all slices at once), or the bitstream of its board,
@@ -40,7 +40,6 @@ from pathlib import Path
 
 from fit_estimates import PLACED, fit
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.nextpnr import load_builds, record_name, save_builds
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
@@ -53,20 +52,10 @@ from plenofir.fpga.resources.record import (
     Figures,
     Placed,
     load_record,
-    record_design,
-    save_record,
 )
-from plenofir.fpga.synthesis import comparison
-from plenofir.fpga.synthesis.counts import COUNTED, count, counted_cores
-from plenofir.fpga.synthesis.ecp5 import (
-    NAMES,
-    check_tools,
-    make_netlist,
-    place,
-    write_bitstream,
-)
+from plenofir.fpga.synthesis.counts import count
+from plenofir.fpga.synthesis.ecp5 import NAMES, check_tools
 from plenofir.fpga.synthesis.placers import PLACERS
-from plenofir.fpga.synthesis.placers import place_core as place_on
 from plenofir.fpga.synthesis.spartan6 import synthesise
 from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir.ground import project
@@ -90,7 +79,17 @@ from plenofir.plan.loaded_scene import load_scene, scene_files
 from plenofir.plan.plan import Plan
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene_top import TOP
-from plenofir_studies import energy, many_pixels, systolic
+from plenofir_studies import energy, engine_cells, many_pixels, systolic
+from plenofir_studies.counted_cores import COUNTED, counted_cores
+from plenofir_studies.placed_cores import place_core as place_on
+from plenofir_studies.placed_ecp5 import make_netlist, place, write_bitstream
+from plenofir_studies.records import (
+    load_builds,
+    record_design,
+    record_name,
+    save_builds,
+    save_record,
+)
 from self_test import TOP as SELF_TEST
 from self_test import self_test_generics
 
@@ -138,17 +137,17 @@ def compare(words: Sequence[str]) -> None:
     again = "--again" in words
     patterns = [word for word in words if word != "--again"]
 
-    def chosen(cells: list[comparison.Cell], recorded: Container[str]) -> list[comparison.Cell]:
+    def chosen(cells: list[engine_cells.Cell], recorded: Container[str]) -> list[engine_cells.Cell]:
         named = [c for c in cells if not patterns or any(text in c.name for text in patterns)]
         return [cell for cell in named if again or cell.name not in recorded]
 
-    for cell in chosen(list(comparison.measured_cells()), _counted_with_these_tools()):
+    for cell in chosen(list(engine_cells.measured_cells()), _counted_with_these_tools()):
         with tempfile.TemporaryDirectory() as folder:
             generics = cell.core().generics()
             figures_now = synthesise(hdl.hdl_sources(), CORE, generics, Path(folder)).figures
         print(f"{cell.name}: {figures_now}", flush=True)
         record_design("counted", "spartan6", cell.name, figures_now)
-    for cell in chosen(list(comparison.placed_cells()), load_record().placed[ECP5_SLOWEST]):
+    for cell in chosen(list(engine_cells.placed_cells()), load_record().placed[ECP5_SLOWEST]):
         placed = place_core(cell.core(), behind_few_pins=cell.pixels_per_clock > 1)
         say(cell.name, placed)
         record_design("placed", ECP5_SLOWEST, cell.name, placed)
@@ -287,7 +286,7 @@ def place_all(names: Sequence[str]) -> None:
         top = CORE if kind == "core" else ARRAY
         chosen.append(Design(f"{kind} M={m} a'={shift} iota={rows}", core, top))
     chosen += stack_core_designs()
-    cells, record = {cell.name for cell in comparison.placed_cells()}, load_record()
+    cells, record = {cell.name for cell in engine_cells.placed_cells()}, load_record()
     kept = {name: p for name, p in record.placed[ECP5_SLOWEST].items() if name in cells}
     save_record(placed={**record.placed, ECP5_SLOWEST: kept, ECP5_FASTEST: {}})
     for design in chosen:

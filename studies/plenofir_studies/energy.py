@@ -44,12 +44,12 @@ from plenofir.fpga.resources.record import Figures
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.ground.images import read_image
-from plenofir.ground.records import save_records
 from plenofir.plan import load_scene, make_plan
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir_studies import DATA
 from plenofir_studies.experiments import textures
+from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import Progress, Report, table
 from plenofir_studies.resolution import capture
 from plenofir_studies.toggles import simulate_activity

@@ -23,11 +23,11 @@ from plenofir.camera.plots import figure_pixels
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.resources.record import Figures, load_record
-from plenofir.fpga.synthesis.comparison import SIZES, Cell
 from plenofir.ground import project
 from plenofir.ground.images import encode_png
 from plenofir.plan import load_scene, make_plan
 from plenofir_studies import energy, many_pixels
+from plenofir_studies.engine_cells import SIZES, Cell
 from plenofir_studies.growth_measured import (
     REAL,
     ROUNDS,

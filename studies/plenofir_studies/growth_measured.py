@@ -17,10 +17,10 @@ from pydantic import BaseModel, ConfigDict
 from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.spartan6 import synthesise
 from plenofir.ground.images import encode_png
-from plenofir.ground.records import save_records
 from plenofir.refocus import processors, refocus
 from plenofir.refocus.batch import Settings, run_batch
 from plenofir_studies import DATA, energy
+from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import machine
 
 FILE = DATA / "growth.json"

@@ -29,7 +29,6 @@ from plenofir.camera.calibration import Calibration, calibrate, decode, raster_w
 from plenofir.camera.lightfield import focal_stack, peak, sharpness_curve, views
 from plenofir.camera.rays import RayModel
 from plenofir.camera.rays.camera import MicroLensArray
-from plenofir.ground.records import records_text
 from plenofir.refocus.operator import Image
 from plenofir_studies import DATA
 from plenofir_studies.experiments import textures
@@ -42,6 +41,7 @@ from plenofir_studies.lens_camera import (
     lens_camera,
 )
 from plenofir_studies.real_rays import real_camera
+from plenofir_studies.records import records_text
 from plenofir_studies.report_parts import Progress, Report, table
 
 FILE = DATA / "lens_pictures.json"

@@ -16,13 +16,15 @@ from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.resources.record import Placed
-from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, make_netlist, place
-from plenofir.fpga.synthesis.placers import PLACERS, route_core, synthesise_core
+from plenofir.fpga.synthesis.ecp5 import NAMES
+from plenofir.fpga.synthesis.placers import PLACERS
 from plenofir.ground.errors import InputError, ToolError
-from plenofir.ground.records import save_records
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.designs import CORE
 from plenofir_studies import DATA
+from plenofir_studies.placed_cores import route_core, synthesise_core
+from plenofir_studies.placed_ecp5 import PACKAGE, make_netlist, place
+from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import Columns, table_of
 
 SCENE = "video-m11"

@@ -14,12 +14,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.ground.records import save_records
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir.refocus.division import division
 from plenofir.refocus.operator import Image
 from plenofir_studies import DATA
 from plenofir_studies.methods import exact_sums, in_hardware, running_sums, shift_and_sum
+from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import Progress, Report, machine, table
 
 Work = Callable[[Any, int, int], Any]

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from plenofir.fpga.resources.record import Placed
-from plenofir.ground.records import save_records
 from plenofir_studies import DATA
+from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import table
 
 TOP = "row_filter"

@@ -24,13 +24,13 @@ from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.errors import InputError
-from plenofir.ground.records import save_records
 from plenofir.refocus import ExactArithmetic, refocus, scatter_sums
 from plenofir.refocus.operator import Image, divide_half_up, output_offset
 from plenofir_studies import DATA
 from plenofir_studies.clock_counts import ClockCase
 from plenofir_studies.many_pixels import GRADE, SCENE, load_placed
 from plenofir_studies.methods import running_sums
+from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import machine, table
 
 FILE = DATA / "thesis_benchmark.json"

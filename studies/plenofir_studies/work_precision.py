@@ -27,7 +27,6 @@ from plenofir.camera.calibration import calibrate, thesis_calibration
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
-from plenofir.ground.records import save_records
 from plenofir.refocus import ExactArithmetic, refocus
 from plenofir_studies import DATA
 from plenofir_studies.depth_methods import WAYS, score
@@ -37,6 +36,7 @@ from plenofir_studies.methods import Method, hardware, software
 from plenofir_studies.precision_report import Field, fields
 from plenofir_studies.precision_report import measure as measured_on
 from plenofir_studies.ray_report import error_against_run_time
+from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import machine, table
 from plenofir_studies.thesis_benchmark import as_printed
 

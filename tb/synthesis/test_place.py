@@ -6,17 +6,18 @@ from pathlib import Path
 import pytest
 
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.trellis_config import check_configuration, read_configuration
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.resources.record import ECP5_FASTEST, ECP5_SLOWEST, load_record
-from plenofir.fpga.synthesis.ecp5 import check_tools, make_netlist, place, write_bitstream
+from plenofir.fpga.synthesis.ecp5 import check_tools
 from plenofir.ground import project
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.designs import is_nextpnr_board, is_stack_core
 from plenofir.plan.loaded_scene import scene_files
+from plenofir_studies.placed_ecp5 import make_netlist, place, write_bitstream
+from plenofir_studies.records import load_builds
 from plenofir_tb.tools import or_skip
 from self_test import TOP, self_test_generics
 

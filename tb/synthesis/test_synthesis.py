@@ -15,7 +15,6 @@ from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.resources.record import load_record
-from plenofir.fpga.synthesis.comparison import measured_cells
 from plenofir.fpga.synthesis.spartan6 import TMDS_ENDS
 from plenofir.fpga.tools import synthesis as tools_module
 from plenofir.fpga.tools.primitives import component_package, with_primitives
@@ -39,6 +38,7 @@ from plenofir.plan.designs import (
     scene_designs,
 )
 from plenofir.plan.omissions import full_core
+from plenofir_studies.engine_cells import measured_cells
 from plenofir_tb.tools import or_skip
 
 DESIGNS = designs()

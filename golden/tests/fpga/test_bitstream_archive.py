@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import bitstreams
-from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.open_build import NextpnrReport
 from plenofir.fpga.boards import BOARDS
 from plenofir.ground.errors import InputError, ToolError
+from plenofir_studies.records import load_builds
 
 
 @pytest.fixture(autouse=True)

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from camera_tables import KNOWN_SENSORS
 from plenofir.fpga.csi import (
     Kind,
     checksum,
@@ -15,7 +16,6 @@ from plenofir.fpga.csi import (
 )
 from plenofir.fpga.sensors import (
     IMX219_MODES,
-    KNOWN_SENSORS,
     PAUSE,
     imx219,
     imx219_mode,

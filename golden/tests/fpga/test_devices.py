@@ -7,23 +7,24 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.devices import DEVICES, Usage, device_name
 from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.hdl import hdl_sources
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.resources.record import load_record
 from plenofir.fpga.synthesis import counts
-from plenofir.fpga.synthesis.counts import COUNTED, count_cells, counted_cores
-from plenofir.fpga.synthesis.few_pins import three_pins
+from plenofir.fpga.synthesis.counts import count_cells
 from plenofir.fpga.synthesis.placers import (
     PLACERS,
     REPORTED,
     open_carries,
-    place_core,
 )
 from plenofir.fpga.tools.synthesis import run_yosys
 from plenofir.plan import load_scene, make_plan
+from plenofir_studies.counted_cores import COUNTED, counted_cores
+from plenofir_studies.few_pins import three_pins
+from plenofir_studies.placed_cores import place_core
+from plenofir_studies.records import load_builds
 
 CORE = """
 module core

@@ -74,8 +74,6 @@ def test_engines() -> None:
         # A stack holds row stages and adders of moving sums, whose waves it shows.
         f"{core}/stack_engine.py",
         # Designs whose figures are recorded: those that say most of these two engines.
-        "fpga/synthesis/comparison.py",
-        "fpga/synthesis/counts.py",
         "plan/designs.py",
     }
 

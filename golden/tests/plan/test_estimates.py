@@ -6,7 +6,6 @@ from collections.abc import Iterable
 
 import pytest
 
-from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration, reciprocal_bits
 from plenofir.fpga.core.fir_engine import FirEngine
@@ -15,14 +14,6 @@ from plenofir.fpga.resources import estimate as estimates
 from plenofir.fpga.resources.estimate import VIDEO, Estimate, estimate
 from plenofir.fpga.resources.memory import Memory, block_sizes
 from plenofir.fpga.resources.record import ECP5_SLOWEST, Figures, Placed, load_record
-from plenofir.fpga.synthesis.comparison import (
-    ENGINES,
-    SETS,
-    Cell,
-    measured_cells,
-    placed_cells,
-    widest,
-)
 from plenofir.plan import DEVICES, load_scene, make_plan
 from plenofir.plan.designs import (
     CORE,
@@ -33,6 +24,15 @@ from plenofir.plan.designs import (
     sensor_design,
     stack_core_designs,
 )
+from plenofir_studies.engine_cells import (
+    ENGINES,
+    SETS,
+    Cell,
+    measured_cells,
+    placed_cells,
+    widest,
+)
+from plenofir_studies.records import load_builds
 
 
 def check_logic(usage: Estimate, figures: Figures | Placed, name: str) -> None:

@@ -10,11 +10,12 @@ from plenofir.fpga import hdl
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.resources.estimate import estimate
-from plenofir.fpga.synthesis.counts import count, counted_cores
+from plenofir.fpga.synthesis.counts import count
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.plan import Plan
 from plenofir.plan.project_files import TOOLS, tool_of, write_project
+from plenofir_studies.counted_cores import counted_cores
 
 SCENE = """
 name = "own"

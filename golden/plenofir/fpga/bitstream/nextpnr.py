@@ -25,7 +25,6 @@ from plenofir.fpga.bitstream.trellis_config import (
 from plenofir.fpga.boards import Board
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.modes import PLL_CLOCKS, range_limits
-from plenofir.fpga.resources.record import load_record, save_record
 from plenofir.fpga.synthesis.ecp5 import NAMES, check_tools, ecp5_tool
 from plenofir.fpga.synthesis.output_registers import use_output_registers
 from plenofir.fpga.tools.synthesis import Generics, run_yosys
@@ -45,22 +44,6 @@ _UTILISATION = {
 }
 # Clocks of the lanes by which word_strobe keeps words away from the other clock's edges.
 _APART = 2
-
-
-def record_name(scene: str, device: str, own_device: str) -> str:
-    """Name of a scene's build: the scene's name, with the device if it is not the scene's own."""
-    return scene if device == own_device else f"{scene} on {device}"
-
-
-def load_builds() -> dict[str, NextpnrReport]:
-    """Read the recorded builds, by name."""
-    builds = load_record().builds
-    return {name: NextpnrReport.model_validate(build) for name, build in builds.items()}
-
-
-def save_builds(builds: Mapping[str, NextpnrReport]) -> None:
-    """Record builds."""
-    save_record(builds={name: build.model_dump() for name, build in builds.items()})
 
 
 def range_generics(clock_range: int) -> dict[str, int | bool | str]:

@@ -6,7 +6,6 @@ shows in review. scripts/resources.py writes the file, and fits the weights to w
 """
 
 import json
-from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -14,7 +13,6 @@ from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.devices import Usage
 from plenofir.ground import project
-from plenofir.ground.records import save_records
 
 FILE = project.DATA / "resources.json"
 ECP5_SLOWEST, ECP5_FASTEST = "ecp5-6", "ecp5-8"
@@ -93,17 +91,3 @@ class Record(_Entry):
 def load_record() -> Record:
     """Read the file."""
     return Record.model_validate(json.loads(FILE.read_text(encoding="utf-8")))
-
-
-def save_record(**sections: object) -> Record:
-    """Write the file with some sections replaced, a design a line."""
-    record = load_record().model_copy(update=sections)
-    save_records(FILE, record.model_dump(exclude_defaults=True), levels=3)
-    load_record.cache_clear()
-    return load_record()
-
-
-def record_design(section: str, place: str, name: str, entry: Figures | Placed) -> None:
-    """Write the file with a design added to ``counted`` or ``placed``, or replaced there."""
-    every: Mapping[str, Mapping[str, object]] = getattr(load_record(), section)
-    save_record(**{section: {**every, place: {**every.get(place, {}), name: entry}}})

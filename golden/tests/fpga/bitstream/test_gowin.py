@@ -12,7 +12,6 @@ from in_process import plenofir
 
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import gowin
-from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.steps import nextpnr_stage
 from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import BOARDS
@@ -20,6 +19,7 @@ from plenofir.fpga.hdl_text import declarations
 from plenofir.fpga.hdmi.modes import VGA_MIDDLE
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
+from plenofir_studies.records import load_builds
 
 OpenTools = Callable[..., dict[str, Any]]
 BOARD = BOARDS["tangnano20k"]

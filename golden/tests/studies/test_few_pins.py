@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.fpga.synthesis.few_pins import NAME, few_pins
 from plenofir.fpga.tools.synthesis import run_yosys
+from plenofir_studies.few_pins import NAME, few_pins
 
 CORE = """
 module core
