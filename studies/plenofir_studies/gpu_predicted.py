@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.ground.records import save_records
 from plenofir.refocus import first_calls, refocus_stack, sharpest_slices
 from plenofir.refocus.gpu.constants import LENS_THREADS, depth_source, source, tiles_of
 from plenofir.refocus.sharpness import Search
@@ -24,6 +23,7 @@ from plenofir.refocus.slices import Slice
 from plenofir_studies import DATA
 from plenofir_studies.energy import STATIC_MW, energy_of, grey, load_measured, name_of
 from plenofir_studies.gpu_counts import Kernel, compiled
+from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import machine, table
 
 FILE = DATA / "gpu.json"
