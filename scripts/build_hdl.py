@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 from core_files import core_files
+from marks_hdl import MARKS_PACKAGE, marks_package
 from plenofir.fpga.hdmi.edid import edid_package
-from plenofir.fpga.hdmi.marks import MARKS_PACKAGE, marks_package
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, screen_package
 from plenofir.fpga.screen.chip_light_field import STORED_PACKAGE, stored_package
 from plenofir.ground import project

@@ -11,7 +11,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from plenofir.camera.exposure import Exposure, exposure
 from plenofir.ground.errors import InputError
@@ -32,7 +31,6 @@ if TYPE_CHECKING:
     from plenofir.camera.rays import MicroscopeModel, RayModel
     from plenofir.view.live import Live
 
-Floats = npt.NDArray[np.float64]
 
 # Entries of the table of distances for each step of the grid.
 _FINE = 8

@@ -11,7 +11,6 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from plenofir.camera.lightfield.disparity import Disparity, Searched, search_disparity, search_views
 from plenofir.camera.lightfield.indexing import sub_aperture, views
@@ -20,7 +19,6 @@ from plenofir.camera.lightfield.stack import FocalStack, all_in_focus
 from plenofir.refocus import best_picture
 from plenofir.refocus.operator import Image
 
-Floats = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 

@@ -20,7 +20,6 @@ from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]
-Floats32 = npt.NDArray[np.float32]
 
 SEARCH = -1.0, 2.0
 """Range of disparities in pixels per view that is searched if nothing else is said."""

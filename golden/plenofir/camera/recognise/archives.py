@@ -16,7 +16,6 @@ from plenofir.ground.images import Picture
 
 # Kilobytes can unpack to any size, so the promised sizes are summed before a byte is written.
 _LARGEST, _MOST_FILES = 4 << 30, 20_000
-_PART = 1 << 20
 
 
 def read_archive(
