@@ -153,7 +153,8 @@ package axi_pkg is
     fraction_bits : positive;
     weight_bits   : positive;
     guard_bits    : positive;
-    gain_bits     : positive
+    gain_bits     : positive;
+    skewed        : boolean
   ) return natural;
 
 end package axi_pkg;
@@ -332,14 +333,16 @@ package body axi_pkg is
     fraction_bits : positive;
     weight_bits   : positive;
     guard_bits    : positive;
-    gain_bits     : positive
+    gain_bits     : positive;
+    skewed        : boolean
   ) return natural is
   begin
 
     return choose(hexagonal, 2 ** RESAMPLER_HEXAGONAL, 0) + choose(moves, 2 ** RESAMPLER_MOVES, 0) +
            choose(gains, 2 ** RESAMPLER_GAINS, 0) + lines * 2 ** RESAMPLER_LINES +
            fraction_bits * 2 ** RESAMPLER_FRACTION_BITS + weight_bits * 2 ** RESAMPLER_WEIGHT_BITS +
-           guard_bits * 2 ** RESAMPLER_GUARD_BITS + gain_bits * 2 ** RESAMPLER_GAIN_BITS;
+           guard_bits * 2 ** RESAMPLER_GUARD_BITS + gain_bits * 2 ** RESAMPLER_GAIN_BITS +
+           choose(skewed, 2 ** RESAMPLER_SKEWED, 0);
 
   end function resampler_word;
 

@@ -240,6 +240,9 @@ typedef struct plenofir_regs_t
 // Attributes for the 'gain_bits' field in the 'resampler' register.
 #define PLENOFIR_RESAMPLER_GAIN_BITS_SHIFT (23u)
 #define PLENOFIR_RESAMPLER_GAIN_BITS_MASK (0xFu << 23u)
+// Attributes for the 'skewed' field in the 'resampler' register.
+#define PLENOFIR_RESAMPLER_SKEWED_SHIFT (27u)
+#define PLENOFIR_RESAMPLER_SKEWED_MASK (0x1u << 27u)
 
 // Address of the 'lenses' register.
 // Mode 'Read'.

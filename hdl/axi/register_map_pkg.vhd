@@ -129,6 +129,7 @@ package register_map_pkg is
   constant RESAMPLER_GUARD_BITS_BITS    : positive := 2;
   constant RESAMPLER_GAIN_BITS          : natural  := 23;
   constant RESAMPLER_GAIN_BITS_BITS     : positive := 4;
+  constant RESAMPLER_SKEWED             : natural  := 27;
 
   -- lenses: Size of the table of lenses.
   constant LENSES_COUNT      : natural  := 0;

@@ -25,6 +25,7 @@ entity sensor_axi is
     MOSAIC           : boolean                     := false;
     MICRO_IMAGE_SIZE : positive range 1 to 128;
     HEXAGONAL        : boolean                     := false;
+    SKEWED           : boolean                     := false;
     MAX_COLUMNS      : positive range 2 to 8192    := 2048;
     LINES            : positive range 4 to 256     := 8;
     LENSES           : positive range 2 to 1048576 := 2;
@@ -147,7 +148,8 @@ begin
       PARTS     => 2 ** PARTS_RESAMPLER + choose(MOSAIC, 2 ** PARTS_MOSAIC, 0),
       GEOMETRY  => geometry_word(MICRO_IMAGE_SIZE, 0, CHANNELS, PIXEL_BITS, 1),
       LIMITS    => limits_word(MAX_COLUMNS, 1),
-      RESAMPLER => resampler_word(HEXAGONAL, MOVES, GAINS, LINES, FRACTION_BITS, WEIGHT_BITS, GUARD_BITS, GAIN_BITS),
+      RESAMPLER => resampler_word(HEXAGONAL, MOVES, GAINS, LINES, FRACTION_BITS, WEIGHT_BITS, GUARD_BITS, GAIN_BITS,
+                                  SKEWED),
       LENSES    => LENSES
     )
     port map (
@@ -174,6 +176,7 @@ begin
       MOSAIC           => MOSAIC,
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       HEXAGONAL        => HEXAGONAL,
+      SKEWED           => SKEWED,
       MAX_COLUMNS      => MAX_COLUMNS,
       LINES            => LINES,
       LENSES           => LENSES,

@@ -362,6 +362,7 @@ begin
         MOSAIC           => MOSAIC,
         MICRO_IMAGE_SIZE => CORE.geometry.micro_image_size,
         HEXAGONAL        => HEXAGONAL,
+        SKEWED           => SKEWED,
         MAX_COLUMNS      => SENSOR_COLUMNS,
         LINES            => RING_LINES,
         LENSES           => LENSES,

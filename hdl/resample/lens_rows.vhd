@@ -3,8 +3,9 @@
 -- line as soon as the raw lines that it needs have arrived. At the beginning of a frame it copies the registers of the
 -- grid.
 --
--- Line v of lens row t needs the raw lines from floor(y) + v + reach_up to floor(y) + v + reach_down + 1, mirrored at
--- the borders; y is the position of the row's first lens. The ring keeps raw lines from the first one that this or a
+-- Line v of lens row t needs the raw lines from floor(y + v line) + reach_up to floor(y + v line) + reach_down + 1,
+-- mirrored at the borders; y is the position of the row's first lens, line the step from line to line: one raw line,
+-- or with SKEWED a register. The ring keeps raw lines from the first one that this or a
 -- later line needs. A frame is abandoned with a fault if its grid needs more lines than the ring has or has no lens, or
 -- if the frame has a single line or column or more than 8192 lines. The rest of a frame that was cut short is abandoned
 -- too.
@@ -28,6 +29,8 @@ entity lens_rows is
     MICRO_IMAGE_SIZE : positive;
     -- true: rows of lenses are interpolated to a rectangular raster.
     HEXAGONAL : boolean := false;
+    -- true: registers hold the steps between the lines and between the pixels of a micro image.
+    SKEWED : boolean := false;
     -- Lines that the ring holds.
     LINES : positive range 4 to 256;
     -- Fraction bits of positions.
@@ -67,7 +70,7 @@ end entity lens_rows;
 architecture rtl of lens_rows is
 
   -- Registers of a grid, and the fewest lenses of a row.
-  constant GRID_REGISTERS : positive := choose(HEXAGONAL, REGISTER_COUNT, REGISTER_BLACK + 1);
+  constant GRID_REGISTERS : positive := choose(HEXAGONAL or SKEWED, REGISTER_COUNT, REGISTER_BLACK + 1);
   constant LEAST_LENSES   : positive := choose(HEXAGONAL, 2, 1);
   constant MOST_LINES     : positive := 8192;
 
@@ -100,10 +103,12 @@ architecture rtl of lens_rows is
   signal size_fits   : std_logic := '0';
   signal possible    : std_logic;
 
-  -- The next line of the raster: position of its first lens, its row of lenses, its number in the row, its table
-  -- addresses.
+  -- The next line of the raster: position of its row's first lens, of the line in that lens, its row of lenses, its
+  -- number in the row, its table addresses.
   signal y            : position_t                                         := (others => '0');
   signal x            : position_t                                         := (others => '0');
+  signal line_y       : position_t                                         := (others => '0');
+  signal line_x       : position_t                                         := (others => '0');
   signal row_index    : place_t                                            := (others => '0');
   signal row_odd      : std_logic                                          := '0';
   signal row_lens     : lens_t                                             := (others => '0');
@@ -112,6 +117,8 @@ architecture rtl of lens_rows is
   signal line_profile : profile_t                                          := (others => '0');
   signal row_ends     : std_logic;
   signal last_row     : std_logic;
+  -- Raw lines from the row's first line to the next line.
+  signal steps : place_t;
 
   -- The least and the largest number of raw lines from one row of lenses to the next.
   signal gap    : place_t := (others => '0');
@@ -202,6 +209,44 @@ begin
       copied         => copied,
       registers      => held
     );
+
+  upright_lines : if not SKEWED generate
+
+    -- The next line of a micro image lies a raw line further down, whatever the grid's rotation: micro images are
+    -- sampled along the sensor's axes.
+    line_y <= y + shift_left(to_signed(line_index, position_t'length), FRACTION_BITS);
+    line_x <= x;
+    steps  <= to_signed(line_index, place_t'length);
+
+  end generate upright_lines;
+
+  skewed_lines : if SKEWED generate
+
+    steps <= whole(std_logic_vector(line_y)) - whole(std_logic_vector(y));
+
+    -- The lines of a micro image lean over with the columns of lenses.
+    lean : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        if state = start then
+          line_y <= signed(held(REGISTER_ORIGIN_Y));
+          line_x <= signed(held(REGISTER_ORIGIN_X));
+        elsif state = offer and line_taken = '1' then
+          if row_ends = '1' then
+            -- Rows of even and of odd number have the same step: the second axis does not alternate.
+            line_y <= y + signed(held(REGISTER_DOWN_EVEN_Y));
+            line_x <= x + signed(held(REGISTER_DOWN_EVEN_X));
+          else
+            line_y <= line_y + signed(held(REGISTER_LINE_Y));
+            line_x <= line_x + signed(held(REGISTER_LINE_X));
+          end if;
+        end if;
+      end if;
+
+    end process lean;
+
+  end generate skewed_lines;
 
   -- The size of a frame is known when it begins to arrive, which may be before the last frame is finished.
   take_size : process (clk) is
@@ -371,7 +416,6 @@ begin
   find_needs : process (clk) is
 
     variable first_row  : place_t;
-    variable steps      : place_t;
     variable reach_up   : place_t;
     variable reach_down : place_t;
     variable bottom_row : place_t;
@@ -379,16 +423,13 @@ begin
   begin
 
     if rising_edge(clk) then
-      -- The next line of a micro image lies a raw line further down, whatever the grid's rotation: micro images are
-      -- sampled along the sensor's axes.
-      raster_line.y       <= y + shift_left(to_signed(line_index, position_t'length), FRACTION_BITS);
-      raster_line.x       <= x;
+      raster_line.y       <= line_y;
+      raster_line.x       <= line_x;
       raster_line.lens    <= row_lens;
       raster_line.profile <= line_profile;
       raster_line.first   <= first_line;
 
       first_row  := whole(std_logic_vector(y));
-      steps      := to_signed(line_index, place_t'length);
       reach_up   := signed(held(REGISTER_REACH)(15 downto 0));
       reach_down := signed(held(REGISTER_REACH)(31 downto 16));
       -- Computed in two clocks (borders, reach), for which the state waits: the additions are wide and off the path of
@@ -398,8 +439,12 @@ begin
       -- The next row of lenses may begin above the last line of this one.
       oldest <= first_row + smaller(steps, gap) + reach_up;
       -- The last raw line that the last line of this row of lenses, or of the next one, needs, mirrored at the last raw
-      -- line.
-      bottom_row := first_row + MICRO_IMAGE_SIZE + reach_down;
+      -- line. With SKEWED the lines of a row end where the next row begins; positions and steps were rounded down.
+      if SKEWED then
+        bottom_row := first_row + stride + 1 + reach_down;
+      else
+        bottom_row := first_row + MICRO_IMAGE_SIZE + reach_down;
+      end if;
       if last_row = '0' then
         bottom_row := bottom_row + stride;
       end if;

@@ -2,7 +2,7 @@
 -- Walks along a line of the raster from lens to lens, M pixels in each.
 --
 -- Latency: 1 clock. Throughput: one pixel each clock while credit = '1', also from line to line.
--- Equation: position(s, u) = line + s right + (0, u), truncated to WEIGHT_BITS fraction bits.
+-- Equation: position(s, u) = line + s right + (0, u step_x), truncated to WEIGHT_BITS fraction bits.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,10 +20,11 @@ entity lens_walk is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Lenses of a line, and the step from one to the next.
+    -- Lenses of a line, and the step from one to the next; the step from a pixel of a lens to the next.
     lenses  : in    unsigned(15 downto 0);
     right_y : in    position_t;
     right_x : in    position_t;
+    step_x  : in    position_t;
     -- Lines of the raster, from lens_rows.
     raster_line : in    raster_line_t;
     line_valid  : in    std_logic;
@@ -44,8 +45,8 @@ architecture rtl of lens_walk is
   -- active: on a line; starts: its first pixel comes next.
   signal active : std_logic := '0';
   signal starts : std_logic := '0';
-  -- Positions of the current lens and of the current pixel. y changes from lens to lens only, because micro images lie
-  -- along the sensor's axes.
+  -- Positions of the current lens and of the current pixel. y changes from lens to lens only, because their lines
+  -- lie along those of the sensor.
   signal y      : position_t := (others => '0');
   signal lens_x : position_t := (others => '0');
   signal x      : position_t := (others => '0');
@@ -118,7 +119,7 @@ begin
           end if;
         else
           in_lens     <= in_lens + 1;
-          x           <= x + shift_left(to_signed(1, position_t'length), BUILD.fraction_bits);
+          x           <= x + step_x;
           profile_now <= profile_now + 1;
         end if;
       end if;

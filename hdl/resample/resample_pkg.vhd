@@ -70,7 +70,11 @@ package resample_pkg is
   constant REGISTER_PLACE_EVEN : natural := 12;
   constant REGISTER_PLACE_ODD  : natural := 13;
   constant REGISTER_STEP       : natural := 14;
-  constant REGISTER_COUNT      : natural := 15;
+  -- Skewed grids only, in the same places: from a line of a micro image to the next; from a pixel to the next, along x.
+  constant REGISTER_LINE_Y  : natural := 12;
+  constant REGISTER_LINE_X  : natural := 13;
+  constant REGISTER_PIXEL_X : natural := 14;
+  constant REGISTER_COUNT   : natural := 15;
 
   type registers_t is array (0 to REGISTER_COUNT - 1) of std_logic_vector(31 downto 0);
 

@@ -37,6 +37,9 @@ entity resampler is
     MICRO_IMAGE_SIZE : positive range 1 to 128;
     -- true: rows of lenses are interpolated to a rectangular raster.
     HEXAGONAL : boolean := false;
+    -- true: registers hold the steps between the lines and between the pixels of a micro image, so that these may lie
+    -- along the axes of a hexagonal grid, 60 degrees apart (focused cameras).
+    SKEWED : boolean := false;
     -- Longest raw line in pixels.
     MAX_COLUMNS : positive range 2 to 8192 := 2048;
     -- Raw lines that the ring holds, an even number.
@@ -100,6 +103,7 @@ end entity resampler;
 architecture rtl of resampler is
 
   constant ODD_LINES    : boolean := not takes(LINES mod 2 = 0, "resampler: LINES is odd, expected an even number");
+  constant TWO_LAYOUTS  : boolean := not takes(not (HEXAGONAL and SKEWED), "resampler: SKEWED excludes HEXAGONAL");
   constant TWO_CHANNELS : boolean := not takes(CHANNELS /= 2, "resampler: CHANNELS is 2, expected 1 (grey) or 3 (RGB)");
 
   -- Widths of a pixel, of an interpolated pixel, of a pixel behind its gain, and of the words of both FIFOs with their
@@ -169,6 +173,7 @@ architecture rtl of resampler is
   -- Places in the output FIFO that belong to no pixel under way.
   signal credits     : unsigned(FIFO_BITS downto 0) := to_unsigned(CREDIT, FIFO_BITS + 1);
   signal have_credit : std_logic;
+  signal step_x      : position_t;
   signal pixel       : walked_t;
   signal black       : unsigned(SAMPLE_BITS - 1 downto 0);
   signal values      : std_logic_vector(CHANNELS * VALUE_BITS - 1 downto 0);
@@ -260,6 +265,7 @@ begin
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       HEXAGONAL        => HEXAGONAL,
+      SKEWED           => SKEWED,
       LINES            => LINES,
       FRACTION_BITS    => FRACTION_BITS
     )
@@ -285,6 +291,9 @@ begin
       fault          => fault
     );
 
+  step_x <= signed(registers(REGISTER_PIXEL_X)) when SKEWED else
+            shift_left(to_signed(1, position_t'length), FRACTION_BITS);
+
   -- lens_walk registers the fields of its pixel: only one more register stands in front of the memories.
   walk : entity work.lens_walk
     generic map (
@@ -296,6 +305,7 @@ begin
       lenses      => unsigned(registers(REGISTER_LENSES)(31 downto 16)),
       right_y     => signed(registers(REGISTER_RIGHT_Y)),
       right_x     => signed(registers(REGISTER_RIGHT_X)),
+      step_x      => step_x,
       raster_line => raster_line,
       line_valid  => line_valid,
       line_taken  => line_taken,

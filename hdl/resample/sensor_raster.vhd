@@ -19,6 +19,7 @@ entity sensor_raster is
     -- M, and the generics of the resampler.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
     HEXAGONAL        : boolean                     := false;
+    SKEWED           : boolean                     := false;
     MAX_COLUMNS      : positive range 2 to 8192    := 2048;
     LINES            : positive range 4 to 256     := 8;
     LENSES           : positive range 2 to 1048576 := 2;
@@ -136,6 +137,7 @@ begin
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       HEXAGONAL        => HEXAGONAL,
+      SKEWED           => SKEWED,
       MAX_COLUMNS      => MAX_COLUMNS,
       LINES            => LINES,
       LENSES           => LENSES,

@@ -206,6 +206,7 @@ begin
         MOSAIC           => MOSAIC,
         MICRO_IMAGE_SIZE => M,
         HEXAGONAL        => HEXAGONAL,
+        SKEWED           => SKEWED,
         MAX_COLUMNS      => SENSOR_COLUMNS,
         LINES            => RING_LINES,
         LENSES           => LENSES,

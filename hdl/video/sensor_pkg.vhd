@@ -15,6 +15,7 @@ package sensor_pkg is
   constant MOSAIC         : boolean  := false;
   constant RED_PLACE      : natural  := 0;
   constant HEXAGONAL      : boolean  := false;
+  constant SKEWED         : boolean  := false;
   constant RING_LINES     : positive := 8;
   constant LENSES         : positive := 2;
   constant MOVES          : boolean  := false;

@@ -24,6 +24,7 @@ entity csi_bench is
     -- Those of sensor_raster that bench_core has, too.
     MOSAIC            : boolean  := false;
     HEXAGONAL         : boolean  := false;
+    SKEWED            : boolean  := false;
     RAW_BITS          : positive := 8;
     RAW_COLUMNS       : positive := 2;
     RAW_FRACTION_BITS : positive := 16;
@@ -172,6 +173,7 @@ begin
       MOSAIC           => MOSAIC,
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       HEXAGONAL        => HEXAGONAL,
+      SKEWED           => SKEWED,
       MAX_COLUMNS      => RAW_COLUMNS,
       LINES            => LINES,
       LENSES           => LENSES,

@@ -12,6 +12,8 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
 
 from plenofir.camera.calibration import calibration_of_grid
+from plenofir.camera.calibration.grid import Layout
+from plenofir.camera.calibration.types_of_lenses import LensTypes
 from plenofir.camera.resampling import GridRegisters, Precision, Tables, grid_registers, resample
 from plenofir.camera.resampling.lines import line_needs, ring_needs
 from plenofir.camera.synthetic import regular_grid
@@ -63,6 +65,11 @@ class Bench:
             if core.hexagonal and rng.random() < 0.7:
                 pitch = max(pitch, (m + rng.random()) / 0.866)
             pitch = max(pitch, 2.5)
+            layout: Layout = "hexagonal-rows" if core.hexagonal else "rectangular"
+            if core.skewed:
+                # M steps to a pitch, whatever it is; a micro image has a rim.
+                pitch = max(pitch * rng.choice([1, 1.6]), 4.5)
+                layout = rng.choice(["hexagonal-rows", "hexagonal-rows", "rectangular"])
             columns = rng.randint(max(int(3.2 * pitch), 12), core.max_columns)
             rows = rng.randint(max(int(2.2 * pitch), 12), int(4.5 * pitch) + 12)
             rows, columns = shape or (rows, columns)
@@ -70,7 +77,7 @@ class Bench:
                 (rows, columns),
                 pitch,
                 rotation_degrees=rng.uniform(-4, 4),
-                layout="hexagonal-rows" if core.hexagonal else "rectangular",
+                layout=layout,
                 offset=(rng.uniform(-1, 1), rng.uniform(-1, 1)),
             )
             precision = Precision(
@@ -80,9 +87,11 @@ class Bench:
                 gain_bits=core.gain_bits,
             )
             try:
-                registers, _ = grid_registers(
-                    calibration_of_grid(grid, (rows, columns)), m, precision
-                )
+                calibration = calibration_of_grid(grid, (rows, columns))
+                if core.skewed:
+                    types = LensTypes(pattern=(0,), sharpest=(0.4,))
+                    calibration = calibration.model_copy(update={"lens_types": types})
+                registers, _ = grid_registers(calibration, m, precision)
                 tables = self._tables(registers)
                 check_fits(core, registers, tables)
             except InputError:

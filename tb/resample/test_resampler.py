@@ -35,11 +35,15 @@ SMALL = (
         "gains": True,
         "lenses": 600,
     },
+    # A focused camera, with lenses beside the frame.
+    {"micro_image_size": 4, "max_columns": 30, "lines": 14, "skewed": True},
 )
 
 
-def test_grids() -> None:
-    run_cases([resampler(options, thorough=False) for options in SMALL], long=True)
+@pytest.mark.parametrize("number", range(len(SMALL)), ids=("moved", "hexagonal", "skewed"))
+@pytest.mark.drawn(2, "grids of a resampler")
+def test_grids(number: int) -> None:
+    run_cases([resampler(SMALL[number], thorough=False)], long=True)
 
 
 def test_loads_and_few_pixels() -> None:
@@ -66,7 +70,7 @@ def run_random(number: int) -> None:
     tables = rng.random() < 0.5
     options = {
         "micro_image_size": m,
-        "hexagonal": rng.random() < 0.4,
+        **rng.choice(({}, {}, {"hexagonal": True}, {"skewed": True})),
         "max_columns": rng.randint(4 * m + 12, 7 * m + 20),
         "lines": 2 * rng.randint(m // 2 + 3, m // 2 + 6),
         "lenses": 1500 if tables else 2,

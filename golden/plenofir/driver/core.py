@@ -331,6 +331,7 @@ class Core:
             pixel_bits=described.pixel_bits,
             lenses=details["lenses.count"],
             hexagonal=bool(details["resampler.hexagonal"]),
+            skewed=bool(details["resampler.skewed"]),
             moves=bool(details["resampler.moves"]),
             gains=bool(details["resampler.gains"]),
             lines=details["resampler.lines"],

@@ -95,6 +95,19 @@ def profile_at(calibration: Calibration, m: int, scale: Scale) -> Floats:
     return np.asarray(ndimage.map_coordinates(np.array(calibration.profile), grid, order=1))
 
 
+def profile_around(calibration: Calibration, away: Floats) -> Floats:
+    """Brightness at vectors (y, x) from the centre of a micro image, relative to its middle.
+
+    `away`: in pixels, shape (..., 2).
+    """
+    down, right = unit_vectors(calibration.grid.vectors)
+    profile = np.array(calibration.profile)
+    along = np.stack([away @ down, away @ right]) / max(calibration.grid.pitch) / PROFILE_REACH
+    size = np.array(profile.shape).reshape(2, *(1,) * (along.ndim - 1))
+    place = (np.clip(along, -1, 1) + 1) / 2 * (size - 1)
+    return np.asarray(ndimage.map_coordinates(profile, place, order=1))
+
+
 def odd_size_within(pitch: float) -> int:
     """Largest odd number of pixels that receive the light of one lens only, from the pitch."""
     return max(1, int((pitch - _BETWEEN - 1) // 2 * 2 + 1))

@@ -8,10 +8,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from plenofir.camera.calibration.calibrate import unit_vectors
+from plenofir.camera.calibration.axes import DIMMEST, reach_of
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.calibration.grid import Floats
-from plenofir.camera.calibration.record import PROFILE_REACH, Calibration
+from plenofir.camera.calibration.record import Calibration
+from plenofir.camera.calibration.resample import profile_around
 from plenofir.camera.calibration.shading import lens_indices, pixel_positions
 from plenofir.camera.captures.prepare import Prepared
 from plenofir.camera.focused.loops import lay_over
@@ -24,10 +25,6 @@ Floats32 = npt.NDArray[np.float32]
 STEP = 2
 """Pixels of the capture for one of a picture: at |v| of 2 or more it shows no more than these."""
 
-# Pixels at the rim of a micro image whose light mixes with that of its neighbour.
-_RIM = 1.5
-# Pixels that get less of the light do not count.
-_DIMMEST = 0.6
 # Lines of pixels whose lenses are looked up at once.
 _LINES = 256
 LEAST, MOST = 1.0, 200.0
@@ -71,7 +68,7 @@ class FocusedCapture:
     @property
     def reach(self) -> float:
         """Radius within which pixels of a micro image count, in pixels."""
-        return self.pitch / 2 - _RIM
+        return reach_of(self.calibration.grid)
 
     def shape(self, step: float = STEP) -> tuple[int, int]:
         """Rows and columns of a picture with a pixel for each `step` of the capture."""
@@ -165,30 +162,25 @@ def focused_capture(ready: Prepared, where: str = "raw capture") -> FocusedCaptu
     if ready.divisor is not None:
         white = grey(ready.divisor) - np.float32(calibration.dark_level)
         light = np.where(light > 0, white / max(float(np.percentile(white, 99.5)), 1.0), 0)
-        light = np.where(light < _DIMMEST, 0, light).astype(np.float32)
+        light = np.where(light < DIMMEST, 0, light).astype(np.float32)
     return FocusedCapture(picture, calibration, pixels, light)
 
 
 def _light(calibration: Calibration) -> Floats32:
     """Share of the light that pixels get by the calibration's model of its white image."""
     grid, (rows, columns) = calibration.grid, calibration.image_shape
-    profile = np.array(calibration.profile)
     brightness = np.pad(calibration.lens_brightness, 1, mode="edge")
-    down, right = unit_vectors(grid.vectors)
     light = np.empty((rows, columns), np.float32)
     for start in range(0, rows, _LINES):
         stop = min(start + _LINES, rows)
         places = pixel_positions(slice(start, stop), columns)
         t, s, away = grid.nearest(places)
-        along = np.stack([away @ down, away @ right]) / max(grid.pitch) / PROFILE_REACH
-        size = np.array(profile.shape)[:, np.newaxis, np.newaxis]
-        at = (np.clip(along, -1, 1) + 1) / 2 * (size - 1)
-        value = ndimage.map_coordinates(profile, at, order=1)
+        value = profile_around(calibration, away)
         near = (
             np.clip(t + 1, 0, brightness.shape[0] - 1),
             np.clip(s + 1, 0, brightness.shape[1] - 1),
         )
         value *= brightness[near]
         within = (away**2).sum(axis=-1) <= (grid.lens_pitch / 2) ** 2
-        light[start:stop] = np.where(within & (value >= _DIMMEST), value, 0)
+        light[start:stop] = np.where(within & (value >= DIMMEST), value, 0)
     return light

@@ -12,10 +12,10 @@ its neighbours, which show a thing elsewhere. The picture is sheared, as the ras
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 
-from plenofir.camera.calibration.grid import Floats, Grid
+from plenofir.camera.calibration.axes import along_axes, axes_of, extent_along, lenses_along
+from plenofir.camera.calibration.grid import Floats
 from plenofir.camera.focused.capture import FocusedCapture
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
@@ -34,16 +34,24 @@ class FocusedRaster(NamedTuple):
     steps: Floats
 
     def straight(self, picture: Floats, shape: tuple[int, int], step: float) -> Floats:
-        """A picture of the raster's size as the capture lies, `step` of its pixels for one.
+        """A picture of the raster's size as the capture lies: see `straightened`."""
+        return straightened(picture, self.origin, self.steps, shape, step)
 
-        Result: shape (*shape[, channels]).
-        """
-        rows, columns = ((step - 1) / 2 + step * np.arange(n) for n in shape)
-        places = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1)
-        at = np.moveaxis((places - self.origin) @ np.linalg.inv(self.steps), -1, 0)
-        layers = picture[..., np.newaxis] if picture.ndim == 2 else picture
-        result = [ndimage.map_coordinates(one, at, order=1) for one in np.moveaxis(layers, 2, 0)]
-        return result[0] if picture.ndim == 2 else np.stack(result, axis=-1)
+
+def straightened(
+    picture: Floats, origin: Floats, steps: Floats, shape: tuple[int, int], step: float
+) -> Floats:
+    """A picture of a raster's size as the capture lies, `step` of its pixels for one.
+
+    `origin`, `steps`: where the raster's samples lie in the capture, as in `FocusedRaster`. Result:
+    shape (*shape[, channels]), 0 beside the raster.
+    """
+    rows, columns = ((step - 1) / 2 + step * np.arange(n) for n in shape)
+    places = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1)
+    at = np.moveaxis((places - origin) @ np.linalg.inv(steps), -1, 0)
+    layers = picture[..., np.newaxis] if picture.ndim == 2 else picture
+    result = [ndimage.map_coordinates(one, at, order=1) for one in np.moveaxis(layers, 2, 0)]
+    return result[0] if picture.ndim == 2 else np.stack(result, axis=-1)
 
 
 def focused_raster(capture: FocusedCapture, micro_image_size: int | None = None) -> FocusedRaster:
@@ -62,9 +70,9 @@ def focused_raster(capture: FocusedCapture, micro_image_size: int | None = None)
         )
     grid, types = calibration.grid, calibration.lens_types
     assert types is not None
-    first, counts = _extent(grid, capture.light.shape)
+    first, counts = extent_along(grid, capture.light.shape)
     centre = (m - 1) / 2
-    axes = _axes(grid)
+    axes = axes_of(grid)
     picture = np.zeros((counts[0] * m, counts[1] * m, capture.pixels.shape[2]), np.float32)
     lenses = np.zeros(picture.shape[:2], np.uint8)
     inner = np.where(capture.light > 0, capture.light, 0)
@@ -72,7 +80,7 @@ def focused_raster(capture: FocusedCapture, micro_image_size: int | None = None)
     for top in range(0, len(picture), _BLOCK):
         down = np.arange(top, min(top + _BLOCK, len(picture)))
         i, j = np.meshgrid(down, across, indexing="ij")
-        lattice = _lattice(grid, first[0] + i // m, first[1] + j // m)
+        lattice = along_axes(grid, first[0] + i // m, first[1] + j // m)
         away = np.stack([i % m - centre, j % m - centre], axis=-1) / m @ axes
         places = np.moveaxis(grid.positions(lattice) + away, -1, 0)
         near = np.hypot(*np.moveaxis(away, -1, 0)) <= capture.reach
@@ -82,18 +90,13 @@ def focused_raster(capture: FocusedCapture, micro_image_size: int | None = None)
         for k in range(picture.shape[2]):
             values = ndimage.map_coordinates(capture.pixels[..., k], places, order=1)
             picture[down, :, k] = np.where(lit, values / np.maximum(light, 1e-6), 0)
-        t = np.rint(lattice[..., 0]).astype(np.int64)
-        s = np.rint(lattice[..., 1]).astype(np.int64)
-        if grid.layout == "hexagonal-rows":
-            s = np.rint(lattice[..., 1] - 0.5 * ((t + grid.stagger) % 2)).astype(np.int64)
-        elif grid.layout == "hexagonal-columns":
-            t = np.rint(lattice[..., 0] - 0.5 * ((s + grid.stagger) % 2)).astype(np.int64)
+        t, s = lenses_along(grid, lattice)
         lenses[down] = np.where(lit, types.at(grid, t, s) + 1, 0)
     dtype = capture.picture.pixels.dtype
     top_level = min(capture.picture.full_scale, int(np.iinfo(dtype).max))
     pixels = np.clip(np.rint(picture), 0, top_level).astype(dtype)
     steps = axes / m
-    origin = grid.positions(_lattice(grid, np.array(first[0]), np.array(first[1])))
+    origin = grid.positions(along_axes(grid, np.array(first[0]), np.array(first[1])))
     return FocusedRaster(
         pixels if pixels.shape[2] > 1 else pixels[..., 0],
         lenses,
@@ -101,37 +104,3 @@ def focused_raster(capture: FocusedCapture, micro_image_size: int | None = None)
         origin - centre * steps.sum(axis=0),
         steps,
     )
-
-
-def _axes(grid: Grid) -> Floats:
-    """Pixel vectors (y, x) to the next lens along the raster's rows and columns, (2, 2)."""
-    down, right = grid.vectors
-    if grid.layout == "hexagonal-rows":
-        down = down + right / 2
-    elif grid.layout == "hexagonal-columns":
-        right = right + down / 2
-    return np.array([down, right])
-
-
-def _lattice(grid: Grid, row: npt.ArrayLike, column: npt.ArrayLike) -> Floats:
-    """Lattice coordinates of the raster's lenses, any shape."""
-    t, s = np.asarray(row, np.float64), np.asarray(column, np.float64)
-    if grid.layout == "hexagonal-rows":
-        s = s + (t + grid.stagger) / 2
-    elif grid.layout == "hexagonal-columns":
-        t = t + (s + grid.stagger) / 2
-    return np.stack([t, s], axis=-1)
-
-
-def _extent(grid: Grid, shape: tuple[int, ...]) -> tuple[tuple[int, int], tuple[int, int]]:
-    """First row and column of lenses that the raster needs to hold a capture, and their number."""
-    end = np.array(shape[:2]) - 1
-    corners = np.array([(0, 0), (0, end[1]), (end[0], 0), end], dtype=np.float64)
-    t, s = np.moveaxis(grid.inverse(corners), -1, 0)
-    if grid.layout == "hexagonal-rows":
-        s = s - (t + grid.stagger) / 2
-    elif grid.layout == "hexagonal-columns":
-        t = t - (s + grid.stagger) / 2
-    low = int(np.floor(t.min())), int(np.floor(s.min()))
-    high = int(np.ceil(t.max())), int(np.ceil(s.max()))
-    return low, (high[0] - low[0] + 1, high[1] - low[1] + 1)

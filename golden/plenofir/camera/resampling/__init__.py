@@ -6,7 +6,7 @@ hold, `interpolate_mosaic` and `resample` compute what it makes of a frame. `whe
 in messages.
 """
 
-from plenofir.camera.resampling.grid_resampler import Tables, resample, tables_of
+from plenofir.camera.resampling.grid_resampler import Tables, lit_pixels, resample, tables_of
 from plenofir.camera.resampling.mosaic import (
     BAYER_ORDERS,
     BayerOrder,
@@ -29,6 +29,7 @@ __all__ = [
     "Tables",
     "grid_registers",
     "interpolate_mosaic",
+    "lit_pixels",
     "red_place",
     "resample",
     "tables_of",

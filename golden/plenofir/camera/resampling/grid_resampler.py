@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bit-true model of the FPGA's resampler: raw frame in, raster of micro images out.
 
-Pixel (v, u) of lens (t, s) is interpolated between four pixels of the raw frame with weights of
+Pixel (v, u) of lens (t, s) lies at the sum of `GridRegisters.positions` and `GridRegisters.samples`
+and is interpolated between four pixels of the raw frame with weights of
 F = `weight_bits` bits, and rounded to G = `guard_bits` fraction bits:
 
     sum    = (2^F - fy) ((2^F - fx) p00 + fx p01) + fy ((2^F - fx) p10 + fx p11)
@@ -26,11 +27,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plenofir.camera.calibration.axes import DIMMEST, reach_of
 from plenofir.camera.calibration.frames import check_same_size
 from plenofir.camera.calibration.grid import Floats
 from plenofir.camera.calibration.record import Calibration
-from plenofir.camera.calibration.resample import DARKEST, profile_at, raster_window
-from plenofir.camera.resampling.registers import GridRegisters, Integers, Precision
+from plenofir.camera.calibration.resample import DARKEST, profile_around, profile_at
+from plenofir.camera.resampling.registers import (
+    Flags,
+    GridRegisters,
+    Integers,
+    Precision,
+    lenses_of,
+)
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
@@ -77,13 +85,15 @@ def tables_of(
     Raises `InputError` if a lens is more than 2 pixels from the grid in the registers.
     """
     bits, m = registers.precision, registers.micro_image_size
-    window = raster_window(calibration)
+    lattice, brightness, used = lenses_of(calibration)
     black = round(calibration.dark_level * (1 << bits.guard_bits))
     moves = lenses = profile = None
     if distortion if distortion is not None else calibration.grid.order > 1:
-        corners = calibration.model_centres[window] - (m - 1) / 2
+        middle = registers.middle() / (1 << bits.fraction_bits)
+        corners = calibration.grid.positions(lattice) - middle
         exact = np.rint(corners * (1 << bits.weight_bits)).astype(np.int64)
         moves = exact - (registers.positions() >> (bits.fraction_bits - bits.weight_bits))
+        moves[~used] = 0
         largest = int(np.abs(moves).max())
         if largest >= 1 << (bits.weight_bits + 1):
             raise InputError(
@@ -91,10 +101,31 @@ def tables_of(
                 "even grid; the resampler corrects less than 2",
                 where=where,
             )
-    if devignette:
-        lenses = _gain(calibration.lens_brightness[window], bits)
+    if registers.layout == "skewed":
+        # Lenses beside the frame, and pixels between the micro images, have no gain.
+        light, lit = skewed_profile(calibration, registers)
+        if not devignette:
+            light, brightness = np.ones_like(light), np.ones_like(brightness)
+        lenses, profile = _gain(brightness, bits) * used, _gain(light, bits) * lit
+    elif devignette:
+        lenses = _gain(brightness, bits)
         profile = _gain(profile_at(calibration, m, "native"), bits)
     return Tables(black, moves, lenses, profile)
+
+
+def skewed_profile(calibration: Calibration, registers: GridRegisters) -> tuple[Floats, Flags]:
+    """Brightness of the pixels of a focused camera's micro image, and which count, shape (M, M)."""
+    away = (registers.samples() - registers.middle()) / (1 << registers.precision.fraction_bits)
+    light = profile_around(calibration, away)
+    near = np.hypot(*np.moveaxis(away, -1, 0)) <= reach_of(calibration.grid)
+    return light, near & (light >= DIMMEST)
+
+
+def lit_pixels(tables: Tables) -> Flags:
+    """Which pixels of a skewed raster have a gain, shape (rows M, lenses M)."""
+    assert tables.lenses is not None
+    assert tables.profile is not None
+    return np.asarray(np.kron(tables.lenses > 0, tables.profile > 0))
 
 
 def _gain(light: Floats, bits: Precision) -> Integers:
@@ -137,27 +168,27 @@ def resample(
     check_same_size(raw, registers.image_shape, where, "the calibration's white image")
     tables, m, bits = tables or Tables(), registers.micro_image_size, registers.precision
     weight, guard = bits.weight_bits, bits.guard_bits
-    places = registers.positions() >> (bits.fraction_bits - weight)
-    if tables.moves is not None:
-        places = places + tables.moves
-    pixels, weights = places >> weight, places & ((1 << weight) - 1)
+    corners, samples = registers.positions(), registers.samples()
+    shift, one = bits.fraction_bits - weight, 1 << weight
     limit = full_scale or int(np.iinfo(raw.dtype).max)
     rows, lenses = registers.lenses
     result = np.empty((rows, m, registers.outputs, m, *raw.shape[2:]), raw.dtype)
-    steps = np.arange(m + 1)
-    around = [pixels[..., k, np.newaxis] + steps for k in (0, 1)]
-    inside = [mirrored(a, n) for a, n in zip(around, registers.image_shape, strict=True)]
-    if any((a < 0).any() for a in inside):
-        raise InputError("a lens lies outside of the raw frame", where=where)
     channel = (1,) * (raw.ndim - 2)
     for t in range(rows):
-        # Pixels of a row of micro images and of the line and the column behind them.
-        y = np.moveaxis(inside[0][t], 0, 1)[:, :, np.newaxis]
-        part = raw[y, inside[1][t]].astype(np.int64)
-        fy, fx = (weights[t, :, k].reshape(1, lenses, 1, *channel) for k in (0, 1))
-        one = 1 << weight
-        part = (one - fx) * part[:, :, :-1] + fx * part[:, :, 1:]
-        part = (one - fy) * part[:-1] + fy * part[1:]
+        # Shape (line, lens, pixel of the lens, axis); y is that of the line.
+        places = corners[t, :, np.newaxis] + samples[:, np.newaxis] >> shift
+        if tables.moves is not None:
+            places = places + tables.moves[t][:, np.newaxis]
+        pixels = places >> weight
+        y, x = (
+            [mirrored(pixels[..., k] + near, registers.image_shape[k]) for near in (0, 1)]
+            for k in (0, 1)
+        )
+        if any((a < 0).any() for a in (*y, *x)):
+            raise InputError("a lens lies outside of the raw frame", where=where)
+        fy, fx = ((places[..., k] & (one - 1)).reshape(m, lenses, m, *channel) for k in (0, 1))
+        lines = [(one - fx) * raw[near, x[0]].astype(np.int64) + fx * raw[near, x[1]] for near in y]
+        part = (one - fy) * lines[0] + fy * lines[1]
         value = _rounded(part, 2 * weight - guard)
         value = np.maximum(value - tables.black, 0)
         if tables.lenses is not None and tables.profile is not None:

@@ -32,15 +32,22 @@ class RingNeeds:
     full_rate: int | None
 
 
+def _first_lens(registers: GridRegisters) -> tuple[Integers, Integers]:
+    """Raw line of each line of the raster in its row's first lens, (rows, M), and exact offsets."""
+    lines = registers.samples()[:, 0, 0]
+    corners = registers.positions()[:, :1, 0]
+    return (corners + lines) >> registers.precision.fraction_bits, lines
+
+
 def reach(registers: GridRegisters, tables: Tables) -> tuple[int, int]:
     """Lines from the first lens of a row, by the registers alone, to its highest and lowest."""
     bits = registers.precision
-    places = registers.positions()[..., 0]
-    first = places[:, :1] >> bits.fraction_bits
+    first, lines = _first_lens(registers)
+    places = registers.positions()[:, np.newaxis, :, 0] + lines[:, np.newaxis]
     places = places >> (bits.fraction_bits - bits.weight_bits)
     if tables.moves is not None:
-        places = places + tables.moves[..., 0]
-    apart = (places >> bits.weight_bits) - first
+        places = places + tables.moves[:, np.newaxis, :, 0]
+    apart = (places >> bits.weight_bits) - first[..., np.newaxis]
     return int(apart.min()), int(apart.max())
 
 
@@ -50,18 +57,18 @@ def line_needs(registers: GridRegisters, tables: Tables) -> tuple[Integers, Inte
     Both have the shape (lens rows M,), as `lens_rows.vhd` computes them; moves of the tables
     count.
     """
-    m, bits = registers.micro_image_size, registers.precision
+    bits = registers.precision
     up, down = reach(registers, tables)
     last = registers.image_shape[0] - 1
-    first = (registers.positions()[:, :1, 0] >> bits.fraction_bits) + np.zeros(m, np.int64)
-    v = np.arange(m)
-    top, bottom = first + v + up, first + v + 1 + down
+    first, _ = _first_lens(registers)
+    top, bottom = first + up, first + 1 + down
     needed = np.minimum(np.maximum(bottom, -top), last)
     gap, stride = (n >> bits.fraction_bits for n in sorted(y for y, _ in registers.down))
+    height = gap + 2 if registers.layout == "skewed" else registers.micro_image_size
     # At the bottom border lines are mirrored, for the next row of lenses farther than for this one.
-    mirror = first + m + down
+    mirror = first[:, :1] + height + down
     mirror[:-1] += stride + 1
-    kept = np.minimum(first + np.minimum(v, gap) + up, 2 * last - mirror)
+    kept = np.minimum(np.minimum(first, first[:, :1] + gap) + up, 2 * last - mirror)
     return needed.ravel(), np.maximum(kept, 0).ravel()
 
 

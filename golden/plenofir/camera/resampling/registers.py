@@ -13,14 +13,21 @@ The registers hold the rounding of the weights, too: the chip cuts bits off.
 
 `plenofir.camera.calibration.decode` steps along the grid's axes instead. A pixel that is d from the
 middle of its micro image is d times the rotation (in radians) away from where `decode` takes it.
+
+The raster of a focused camera is skewed, as that of `plenofir.camera.focused.FocusedRaster`: rows
+and columns of lenses are 60 degrees apart in a hexagonal grid, and M steps along these axes lead
+from a lens to the next, so that the square operator is exact. From line to line of a micro image
+the step is `line`, from pixel to pixel `pixel`, which follows the sensor's lines. The raster holds
+all lenses whose whole micro images lie in the raw frame; the others in it have no gain.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
+from plenofir.camera.calibration.axes import along_axes, extent_along, lenses_along, reach_of
 from plenofir.camera.calibration.grid import Floats
 from plenofir.camera.calibration.record import Calibration
 from plenofir.camera.calibration.resample import (
@@ -30,7 +37,8 @@ from plenofir.camera.calibration.resample import (
 from plenofir.ground.errors import InputError
 
 Integers = npt.NDArray[np.int64]
-ChipLayout = Literal["rectangular", "hexagonal-rows"]
+ChipLayout = Literal["rectangular", "hexagonal-rows", "skewed"]
+Flags = npt.NDArray[np.bool_]
 Vector = tuple[int, int]
 
 LARGEST_SIDE = 8192
@@ -85,6 +93,10 @@ class GridRegisters(BaseModel):
         and of odd number.
     step
         Hexagonal: from a micro image of the raster to the next.
+    line
+        Skewed: (y, x) from a line of a micro image to the next, in 2**-fraction_bits pixels.
+    pixel
+        Skewed: from a pixel of a line to the next, along x.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -100,6 +112,8 @@ class GridRegisters(BaseModel):
     outputs: int
     place: Vector = (0, 0)
     step: int = 0
+    line: Vector = (0, 0)
+    pixel: int = 0
 
     @property
     def raster_shape(self) -> tuple[int, int]:
@@ -114,6 +128,51 @@ class GridRegisters(BaseModel):
         first = np.concatenate([np.zeros((1, 2), np.int64), np.cumsum(steps, axis=0)])
         along = np.arange(columns)[:, np.newaxis] * np.array(self.right)
         return np.asarray(first[:, np.newaxis] + along + np.array(self.origin))
+
+    def samples(self) -> Integers:
+        """(y, x) of the pixels of a micro image from the top left one, shape (M, M, 2)."""
+        one = 1 << self.precision.fraction_bits
+        line, pixel = (self.line, self.pixel) if self.layout == "skewed" else ((one, 0), one)
+        along = np.arange(self.micro_image_size)[:, np.newaxis]
+        return np.asarray((along * np.array(line))[:, np.newaxis] + along * np.array((0, pixel)))
+
+    def middle(self) -> Floats:
+        """(y, x) of the middle of a micro image from its top left pixel."""
+        return np.asarray(self.samples()[-1, -1] / 2)
+
+
+class Lenses(NamedTuple):
+    """The lenses of the chip's raster, each of shape (rows, lenses)."""
+
+    lattice: Floats  # lattice coordinates, (..., 2)
+    brightness: Floats
+    used: Flags  # False for lenses beside the raw frame, which are in a skewed raster only
+
+
+def lenses_of(calibration: Calibration) -> Lenses:
+    """The lenses of the raster that the chip makes with a calibration."""
+    grid = calibration.grid
+    if calibration.lens_types is None:
+        rows, columns = raster_window(calibration)
+        t, s = np.meshgrid(
+            np.arange(rows.start, rows.stop), np.arange(columns.start, columns.stop), indexing="ij"
+        )
+        brightness = calibration.lens_brightness[rows, columns]
+        return Lenses(grid.lattice(t, s), brightness, np.ones(t.shape, bool))
+    first, counts = extent_along(grid, calibration.image_shape)
+    row, column = np.indices(counts)
+    lattice = along_axes(grid, row + first[0], column + first[1])
+    centres, rim = grid.positions(lattice), reach_of(grid)
+    end = np.array(calibration.image_shape) - 1
+    used = np.asarray(((centres >= rim) & (centres <= end - rim)).all(axis=-1))
+    if not used.any():
+        return Lenses(lattice, np.ones(used.shape), used)
+    part = tuple(slice(k.min(), k.max() + 1) for k in np.nonzero(used))
+    lattice, used = lattice[part], used[part]
+    t, s = lenses_along(grid, lattice)
+    brightness = calibration.lens_brightness
+    near = (np.clip(k, 0, n - 1) for k, n in zip((t, s), brightness.shape, strict=True))
+    return Lenses(lattice, brightness[tuple(near)], used)
 
 
 class Accuracy(BaseModel):
@@ -148,89 +207,95 @@ def grid_registers(
     """Registers of a calibration.
 
     `precision`: bits; the defaults if None. Result: the registers, and how far they are from the
-    calibration. Raises `InputError` if the chip cannot follow the grid: staggered columns, a
-    focused camera, M larger than the pitch, an image of more than `LARGEST_SIDE` pixels.
+    calibration. Raises `InputError` if the chip cannot follow the grid: staggered columns, M larger
+    than the pitch of a standard camera, an image of more than `LARGEST_SIDE` pixels.
     """
     bits, m, grid = precision or Precision(), micro_image_size, calibration.grid
-    check_micro_image_size(calibration, m, "native")
-    layout = grid.layout
-    if calibration.lens_types is not None:
-        raise InputError(
-            "is a calibration of a focused camera, which the chip cannot resample yet; "
-            "plenofir refocus, stack and develop can",
-            where=where,
-        )
-    if layout == "hexagonal-columns":
+    focused = calibration.lens_types is not None
+    check_micro_image_size(calibration, m, "fit" if focused else "native")
+    layout: ChipLayout
+    if grid.layout == "hexagonal-columns":
         raise InputError(
             "the lenses stand in columns (hexagonal-columns); turn the camera by 90 "
             "degrees, so that they stand in rows",
             where=where,
         )
+    layout = "skewed" if focused else grid.layout
     if max(calibration.image_shape) > LARGEST_SIDE:
         raise InputError(
             f"has {calibration.image_shape[1]} x {calibration.image_shape[0]} pixels; "
             f"the resampler takes at most {LARGEST_SIDE} a side",
             where=where,
         )
-    rows, columns = raster_window(calibration)
-    t, s = np.meshgrid(
-        np.arange(rows.start, rows.stop), np.arange(columns.start, columns.stop), indexing="ij"
-    )
-    lattice = grid.lattice(t, s)
+    lattice, _, used = lenses_of(calibration)
+    if not used.any():
+        raise InputError("no whole micro image lies in the image", where=where)
     centres = grid.positions(lattice)
-    if min(centres.shape[:2]) > 1:
-        first, down, right = _affine(lattice - lattice[0, 0], centres)
+    if min(used.any(axis=1).sum(), used.any(axis=0).sum()) > 1:
+        first, down, right = _affine((lattice - lattice[0, 0])[used], centres[used])
     else:
         first, (down, right) = centres[0, 0], grid.jacobian(lattice[0, 0])
-    count = centres.shape[1]
     # Parity of the rows that begin half a pitch farther to the right.
     moved = [0.0, 0.0]
     if layout == "hexagonal-rows":
-        moved[(rows.start + grid.stagger + 1) % 2] = 0.5
+        moved[(round(lattice[0, 0, 0]) + grid.stagger + 1) % 2] = 0.5
     scale = 1 << bits.fraction_bits
     steps = [down + (moved[1 - k] - moved[k]) * right for k in (0, 1)]
+    line, pixel = np.array((1.0, 0.0)), 1.0
+    if focused:
+        if grid.layout == "hexagonal-rows":
+            steps = [down + right / 2] * 2
+        line, pixel = steps[0] / m, right[1] / m
     unplaced = GridRegisters(
         image_shape=calibration.image_shape,
-        lenses=centres.shape[:2],
+        lenses=used.shape,
         layout=layout,
         micro_image_size=m,
         precision=bits,
         origin=(0, 0),
         right=_rounded(right * scale),
         down=(_rounded(steps[0] * scale), _rounded(steps[1] * scale)),
-        outputs=count,
+        outputs=used.shape[1],
+        line=_rounded(line * scale) if focused else (0, 0),
+        pixel=round(pixel * scale) if focused else 0,
     )
     affine = first + (lattice - lattice[0, 0]) @ np.stack([down, right])
     # Shift the origin so that the rounding errors of the steps are balanced between both ends.
     origin = affine * scale - unplaced.positions()
     origin = (origin.reshape(-1, 2).max(axis=0) + origin.reshape(-1, 2).min(axis=0)) / 2
-    half = scale >> (bits.weight_bits + 1)
-    placed = unplaced.model_copy(update={"origin": _rounded(origin - (m - 1) / 2 * scale + half)})
-    corners = placed.positions() >> bits.fraction_bits
+    half, middle = scale >> (bits.weight_bits + 1), unplaced.middle()
+    placed = unplaced.model_copy(update={"origin": _rounded(origin - middle + half)})
+    samples = placed.samples().reshape(-1, 2)
+    low = placed.positions() + samples.min(axis=0) >> bits.fraction_bits
+    high = (placed.positions() + samples.max(axis=0) >> bits.fraction_bits) + 1
     ends = np.array(calibration.image_shape) - 1
     # 3 more pixels for moved lenses and for the interpolation.
-    if (corners < 3 - ends).any() or (corners + m + 3 > 2 * ends).any():
+    if (low < 3 - ends).any() or (high + 3 > 2 * ends).any():
         raise InputError(
-            f"the image of {ends[1] + 1} x {ends[0] + 1} pixels is too small for M = {m}",
+            f"the image of {ends[1] + 1} x {ends[0] + 1} pixels is too small for M = {m}"
+            + (", or too high for the skewed raster of a focused camera" if focused else ""),
             where=where,
         )
-    distortion = float(np.linalg.norm(affine - centres, axis=-1).max())
+    distortion = float(np.linalg.norm((affine - centres)[used], axis=-1).max())
     if layout == "hexagonal-rows":
         placed = _with_places(placed, grid.pitch[0] / grid.pitch[1], moved)
-    exact = affine - (m - 1) / 2 + half / scale
-    rounding = float(np.linalg.norm(placed.positions() / scale - exact, axis=-1).max())
-    turns = np.stack([down / np.linalg.norm(down), right / np.linalg.norm(right)]) - np.eye(2)
-    corner = (
-        (m - 1) / 2 * max(float(np.linalg.norm(turns[0] + sign * turns[1])) for sign in (1, -1))
-    )
-    return placed, Accuracy(distortion_px=distortion, rounding_px=rounding, turn_px=corner)
+    away = (placed.positions() + middle - half) / scale - affine
+    rounding = float(np.linalg.norm(away[used], axis=-1).max())
+    # At the last pixel of a micro image, its steps' own rounding is added.
+    exact = (m - 1) / 2 * (line + np.array((0.0, pixel)))
+    rounding += float(np.linalg.norm(middle / scale - exact))
+    if focused:
+        corner = (m - 1) / 2 * abs(right[0]) / m
+    else:
+        turns = np.stack([down / np.linalg.norm(down), right / np.linalg.norm(right)]) - np.eye(2)
+        corner = (m - 1) / 2 * max(np.linalg.norm(turns[0] + sign * turns[1]) for sign in (1, -1))
+    return placed, Accuracy(distortion_px=distortion, rounding_px=rounding, turn_px=float(corner))
 
 
 def _affine(lattice: Floats, centres: Floats) -> tuple[Floats, Floats, Floats]:
-    """Affine grid next to centres: position of the first lens, vectors down and right."""
-    points = lattice.reshape(-1, 2)
-    terms = np.column_stack([np.ones(len(points)), points])
-    solution = np.linalg.lstsq(terms, centres.reshape(-1, 2), rcond=None)[0]
+    """Affine grid next to centres, shape (lenses, 2): position of the first, down and right."""
+    terms = np.column_stack([np.ones(len(lattice)), lattice])
+    solution = np.linalg.lstsq(terms, centres, rcond=None)[0]
     return solution[0], solution[1], solution[2]
 
 

@@ -64,7 +64,9 @@ def described(line: str, *, where: str) -> BoardResampler:
             raise ValueError
         pairs = dict(part.split("=") for part in found[1].split())
         values = {
-            name: bool(int(text)) if name in ("hexagonal", "moves", "gains") else int(text)
+            name: bool(int(text))
+            if name in ("hexagonal", "skewed", "moves", "gains")
+            else int(text)
             for name, text in pairs.items()
         }
         names = [field.name for field in fields(Shown)]

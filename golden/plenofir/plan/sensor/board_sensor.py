@@ -51,6 +51,7 @@ def sensor_package(sensor: BoardSensor | None = None) -> str:
         "MOSAIC": ("boolean", str(sensor is not None and sensor.red_place is not None).lower()),
         "RED_PLACE": ("natural", str(2 * red[0] + red[1])),
         "HEXAGONAL": ("boolean", str(core.hexagonal).lower()),
+        "SKEWED": ("boolean", str(core.skewed).lower()),
         "RING_LINES": ("positive", str(core.lines)),
         "LENSES": ("positive", str(core.lenses)),
         "MOVES": ("boolean", str(core.moves).lower()),

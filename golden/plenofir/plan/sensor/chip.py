@@ -61,6 +61,7 @@ def resampling(
     core = ResamplerConfiguration(
         micro_image_size=micro_image_size,
         hexagonal=registers.layout == "hexagonal-rows",
+        skewed=registers.layout == "skewed",
         max_columns=registers.image_shape[1],
         lines=lines,
         lenses=max(rows * columns, 2) if table else 2,
@@ -126,6 +127,7 @@ def check_fits(
     expected = {
         "micro_image_size": registers.micro_image_size,
         "hexagonal": hexagonal,
+        "skewed": registers.layout == "skewed",
         **bits.model_dump(),
     }
     for name, value in expected.items():
@@ -167,6 +169,9 @@ def loads(
     up, down = reach(registers, tables)
     rows, columns = registers.lenses
     even, odd = registers.down
+    # Skewed grids have other numbers in the places of hexagonal ones.
+    skewed = registers.layout == "skewed"
+    place_even, place_odd = registers.line if skewed else registers.place
     values = {
         "lenses": columns << 16 | rows,
         "outputs": registers.outputs,
@@ -180,9 +185,9 @@ def loads(
         "down_odd_x": odd[1],
         "reach": (down & 0xFFFF) << 16 | up & 0xFFFF,
         "black": tables.black,
-        "place_even": registers.place[0],
-        "place_odd": registers.place[1],
-        "step": registers.step,
+        "place_even": place_even,
+        "place_odd": place_odd,
+        "step": registers.pixel if skewed else registers.step,
     }
     count = rows * columns
     one = 1 << core.gain_bits

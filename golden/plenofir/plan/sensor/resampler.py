@@ -45,6 +45,8 @@ class ResamplerConfiguration(BaseModel):
 
     micro_image_size: Annotated[int, Field(ge=1, le=128)]  # M in pixels
     hexagonal: bool = False  # rows of lenses are interpolated to a rectangular raster
+    # Registers hold the steps between lines and pixels of a micro image (focused cameras).
+    skewed: bool = False
     max_columns: Annotated[int, Field(ge=2, le=8192)] = 2048  # of the longest raw line
     # Raw lines that the ring holds.
     lines: Annotated[int, Field(ge=4, le=MAX_LINES, multiple_of=2)] = 8

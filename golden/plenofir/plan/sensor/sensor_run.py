@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.camera.calibration import Calibration, decode, load_calibration
@@ -24,10 +25,11 @@ from plenofir.fpga.simulate.stalls import run_stalled
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import as_text, check_folder, publish_run
-from plenofir.ground.images import Picture, read_picture, write_png
+from plenofir.ground.images import Picture, read_image, read_picture, write_png
 from plenofir.plan.sensor.board_load import Shown, description
 from plenofir.plan.sensor.board_sensor import BoardSensor
 from plenofir.plan.sensor.chip import Resampling, check_ring, resampling, shown_lines
+from plenofir.plan.sensor.focused_frames import difference_from_software, upright
 from plenofir.plan.sensor.sensor_bench import run_sensor, wave_signals
 from plenofir.plan.sensor.sensor_chain import SensorFrame
 from plenofir.plan.sensor.sensor_csi import CsiFrame
@@ -97,6 +99,22 @@ class Sensor:
             full_scale=self.capture.full_scale,
             where=str(self.raw),
         )
+
+    def difference_from_software(self, golden: Image) -> npt.NDArray[np.int64]:
+        """Difference of the model's raster from the software's in grey levels."""
+        chip = self.chip
+        if chip.core.skewed:
+            picture = self.capture._replace(pixels=self.frame, mosaic=None)
+            return difference_from_software(
+                golden, picture, self.calibration, chip.registers, chip.tables
+            )
+        decoded = decode(
+            self.frame,
+            self.calibration,
+            chip.core.micro_image_size,
+            full_scale=self.capture.full_scale,
+        )
+        return golden.astype(np.int64) - decoded
 
     def raster(self, pixels: Image) -> Picture:
         """A raster for a file: in linear light, unless the capture says otherwise."""
@@ -244,13 +262,15 @@ def run_raw(
         what = make_run(aligned, results)
         report = run(what, progress, simulation_of if frame is None else frame.simulation)
         write_png(results / ALIGNED, sensor.raster(result.frames[0]))
-        decoded = decode(
-            sensor.frame,
-            sensor.calibration,
-            chip.core.micro_image_size,
-            full_scale=sensor.capture.full_scale,
-        )
-        apart = golden.astype(np.int64) - decoded
+        apart = sensor.difference_from_software(golden)
+        if chip.core.skewed:
+            for slice_ in report.slices:
+                path = results / slice_.pictures[0]
+                picture = upright(
+                    *(read_image(path), slice_.shift, slice_.box, chip.registers, chip.tables),
+                    sensor.capture.full_scale,
+                )
+                write_png(path.with_stem(f"upright_{path.stem}"), sensor.raster(picture))
         sensor_report = SensorReport(
             calib=as_text(sensor.calib.name),
             bayer=sensor.bayer,

@@ -96,14 +96,20 @@ def by_formula(
         y, x = (k if k < size else 2 * (size - 1) - k for k, size in ((y, rows), (x, columns)))
         return int(raw[y, x])
 
+    steps, (v_now, u_now) = (0, 0), (v, u)
+    if registers.layout == "skewed":
+        steps = v * registers.line[0], v * registers.line[1] + u * registers.pixel
+        v_now = u_now = 0
+
     def value(s: int) -> int:
         place = [registers.origin[k] + s * registers.right[k] for k in (0, 1)]
         place = [p + sum(registers.down[i % 2][k] for i in range(t)) for k, p in enumerate(place)]
+        place = [p + step for p, step in zip(place, steps, strict=True)]
         place = [floor(Fraction(p, 1 << (bits.fraction_bits - f))) for p in place]
         if tables.moves is not None:
             place = [p + int(tables.moves[t, s, k]) for k, p in enumerate(place)]
         (y, fy), (x, fx) = (divmod(p, 1 << f) for p in place)
-        y, x = y + v, x + u
+        y, x = y + v_now, x + u_now
         one = 1 << f
         total = (one - fy) * ((one - fx) * pixel(y, x) + fx * pixel(y, x + 1))
         total += fy * ((one - fx) * pixel(y + 1, x) + fx * pixel(y + 1, x + 1))
@@ -114,7 +120,7 @@ def by_formula(
         return fixed(Fraction(sample * min(gain, 10 << b), 1 << b))
 
     full = int(np.iinfo(raw.dtype).max)
-    if registers.layout == "rectangular":
+    if registers.layout != "hexagonal-rows":
         return min(fixed(Fraction(value(n), 1 << g)), full)
     place = registers.place[t % 2] + n * registers.step
     lens, w = divmod(place >> (bits.fraction_bits - f), 1 << f)
@@ -122,14 +128,18 @@ def by_formula(
     return min(fixed(Fraction(mixed, 1 << (f + g))), full)
 
 
+@pytest.mark.parametrize("focused", [False, True])
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_pixels_are_as_the_formulas_say(layout) -> None:
+def test_pixels_are_as_the_formulas_say(layout, focused) -> None:
     seed = secrets.randbits(32)
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
     pitch, rotation = rng.uniform(5, 9), rng.uniform(-1, 1)
     shape = int(rng.integers(40, 70)), int(rng.integers(40, 70))
     calibration = camera(shape, pitch, rotation, layout, **vignetting(rng))
+    if focused:
+        types = LensTypes(pattern=(0,), sharpest=(0.4,))
+        calibration = calibration.model_copy(update={"lens_types": types})
     m = int(rng.integers(1, int(pitch) + 1))
     precision = Precision(
         weight_bits=int(rng.integers(2, 9)),
@@ -184,8 +194,12 @@ def test_grids_that_the_chip_cannot_follow_are_refused() -> None:
     with pytest.raises(InputError, match="at most 6"):
         grid_registers(camera((60, 60), 6.0, 0.0, "rectangular"), 7)
     focused = {"lens_types": LensTypes(pattern=(0,), sharpest=(0.4,))}
-    with pytest.raises(InputError, match="calibration of a focused camera"):
-        grid_registers(camera((60, 60), 6.0, 0.0, "hexagonal-rows", **focused), 3)
+    with pytest.raises(InputError, match="no whole micro image lies in the image"):
+        grid_registers(camera((4, 60), 8.0, 0.0, "hexagonal-rows", **focused), 3)
+    with pytest.raises(InputError, match="too high for the skewed raster"):
+        grid_registers(camera((300, 60), 8.0, 0.0, "hexagonal-rows", **focused), 8)
+    with pytest.raises(InputError, match="stand in rows"):
+        grid_registers(camera((60, 60), 6.0, 0.0, "hexagonal-columns", **focused), 3)
     even = regular_grid((100, 100), 8.0)
     bent = [*even.coefficients, (0.0, 0.3), (0.0, 0.0), (0.0, 0.0)]
     grid = even.model_copy(update={"order": 2, "coefficients": tuple(bent)})
