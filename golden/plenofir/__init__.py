@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real-time refocusing for standard plenoptic cameras: golden model and tools."""
+"""Real-time refocusing for standard and focused plenoptic cameras: golden model and tools."""
 
 from plenofir.ground.errors import InputError
 

@@ -42,7 +42,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    help="Real-time refocusing for standard plenoptic cameras.",
+    help="Real-time refocusing for standard and focused plenoptic cameras.",
 )
 
 
