@@ -72,9 +72,9 @@ def test_stalls_gaps_faults() -> None:
 
 
 @pytest.mark.drawn(1)
-@pytest.mark.parametrize("part", range(6))
+@pytest.mark.parametrize("part", range(12))
 def test_more_cores(part: int) -> None:
-    run_cases([border_case(core) for core in MORE[part::6]], long=True)
+    run_cases([border_case(core) for core in MORE[part::12]], long=True)
 
 
 def random_core(rng: random.Random) -> Core:

@@ -114,10 +114,10 @@ def test_index_and_picture() -> None:
         },
         {"micro_image_size": 3, "slices": 2, "max_columns": 22, "picture": False},
     ]
-    cases = [*drawn(cases, 3), *drawn(several, 1), *drawn(alone, 1), random_options(0)]
+    cases = [*drawn(cases, 2), *drawn([*several, *alone], 1), random_options(0)]
     votes = {"vote_radius": 1, "confidence": 600, "radius": 0}
     resets = {"micro_image_size": 2, "slices": 3, "max_columns": 28, **votes}
-    run_cases([*map(index_case, cases), index_case(resets, resets=24)], long=True)
+    run_cases([*map(index_case, cases), index_case(resets, resets=12)], long=True)
 
 
 @pytest.mark.slow
