@@ -257,6 +257,7 @@ class _Run:
     pupil: Pupil
     look: LookIfGiven
     per_frame: bool
+    gpu: bool
 
     def volume(
         self, frames: list[str], hints: "Hints", a: list[str] | None, z: list[str] | None, out: str
@@ -271,6 +272,7 @@ class _Run:
             "exposure": self.look.exposure,
             "gamma": self.look.gamma,
             "exposure_per_frame": self.per_frame,
+            "gpu": self.gpu,
         }
         options.refuse_used(of_folders, "is for a folder of results")
         planes = (a, z, self.camera.camera, self.camera.focus)
@@ -294,6 +296,11 @@ class _Run:
             ("exposure_per_frame", self.per_frame),
         ):
             options.require(name, "calib", is_given)
+        if self.gpu and not self.operator.is_set:
+            raise InputError(
+                "makes the operator's pictures; give --interpolation, --sharpen or --no-upsample",
+                where=options.typed("gpu"),
+            )
         if self.operator.is_set:
             self.pupil.refuse_beside("--interpolation, --sharpen or --no-upsample")
         return _refocused(
@@ -306,6 +313,7 @@ class _Run:
             upsample=self.operator.upsample,
             sharpen=self.operator.sharpen or "off",
             best=not self.operator.is_set,
+            gpu=self.gpu,
             **self.pupil.how(),
         )
 
@@ -322,6 +330,7 @@ class _Run:
                 "captures are developed with --white or --calib: leave out -a, "
                 "--interpolation, --sharpen and --no-upsample"
             )
+        options.refuse_used({"gpu": self.gpu}, "is for frames, not for captures")
         hints.check()
         self.camera.check()
         check_folder(Path(out), out)
@@ -377,6 +386,14 @@ def batch(
             "changes of light are seen.",
         ),
     ] = False,
+    gpu: Annotated[
+        bool,
+        typer.Option(
+            "--gpu",
+            help="Refocus frames on an NVIDIA GPU where there is one (extra gpu, and CuPy or "
+            "PyTorch); with --interpolation, --sharpen or --no-upsample.",
+        ),
+    ] = False,
 ) -> None:
     """Refocus many frames, or develop many captures; a run that was interrupted continues.
 
@@ -391,7 +408,7 @@ def batch(
     A volume has the slices of every frame, aligned or captured, in one file: the frames' values in
     16 bits, and with a microscope as --camera sizes in um. One frame is in memory at a time.
     """
-    run = _Run(workers, operator, files, camera, pupil, look, per_frame)
+    run = _Run(workers, operator, files, camera, pupil, look, per_frame, gpu)
     # A bad aperture or tilt is refused before anything else.
     pupil.how()
     captured = hints._replace(white=files.white, calib=files.calib, dark=files.dark)

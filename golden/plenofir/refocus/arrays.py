@@ -19,13 +19,13 @@ from array_api_compat import (
     device,
     is_cupy_array,
     is_torch_array,
-    to_device,
 )
 
 from plenofir.ground import compiling
 from plenofir.ground.errors import InputError
 from plenofir.ground.extras import missing
 from plenofir.refocus.border import arrived
+from plenofir.refocus.gpu.frames import reason, to_host
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import DepthIndex, LazySlices, Search, depth_index
 from plenofir.refocus.slices import Slice
@@ -51,13 +51,8 @@ def device_stack(raw: Any, slices: Sequence[Slice], shape: tuple[int, ...], out:
     try:
         out[...] = result
     except Exception as error:  # of the library, by its own classes
-        raise InputError(f"cannot be written to ({_reason(error)})", where="out") from error
+        raise InputError(f"cannot be written to ({reason(error)})", where="out") from error
     return out
-
-
-def _reason(error: Exception) -> str:
-    """An error's first line, or its class where it says nothing."""
-    return (str(error).splitlines() or [""])[0] or type(error).__name__
 
 
 def _check_out(xp: Any, out: Any, raw: Any, shape: tuple[int, ...]) -> None:
@@ -211,7 +206,7 @@ def _on_gpu(xp: Any, raw: Any, work: Callable[[_Gpu], Any]) -> Any | None:
         lacks = isinstance(failure, ModuleNotFoundError) and failure.name
         error = missing(lacks) if lacks else failure
         compiling.hindered(
-            "gpu", f"the library's own operations refocus, which takes longer ({_reason(error)})"
+            "gpu", f"the library's own operations refocus, which takes longer ({reason(error)})"
         )
         return None
 
@@ -247,10 +242,7 @@ def device_depth(raw: Any, slices: Sequence[Slice], search: Search) -> DepthInde
         return cast("DepthIndex", result)
 
     def picture_of(slice_: Slice) -> Image:
-        picture = device_stack(raw, [slice_], slice_.result_shape)
-        if is_cupy_array(picture) or is_torch_array(picture):
-            picture = to_device(picture, "cpu")
-        return np.asarray(picture)
+        return to_host(device_stack(raw, [slice_], slice_.result_shape))
 
     m = slices[0].micro_image_size
     by_cpu = depth_index(LazySlices(slices, picture_of), m, **search._asdict())

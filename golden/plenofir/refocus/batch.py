@@ -25,6 +25,7 @@ from tempfile import gettempdir
 from typing import Any, Literal, NamedTuple
 from uuid import uuid4
 
+from plenofir.ground import compiling
 from plenofir.ground.errors import InputError, ToolError
 from plenofir.ground.files import as_text, cannot_write, write_flushed
 from plenofir.ground.images import encode_png, read_picture
@@ -72,6 +73,7 @@ class Settings:
     aperture: Aperture | None = None  # of these, as its tilt
     tilt: tuple[float, float] = (0.0, 0.0)
     box: int | None = None  # of either
+    gpu: bool = False  # whether a GPU makes the operator's pictures, where there is one
 
     def check(self) -> None:
         """Refuse settings that `plenofir.refocus.refocus` would refuse for every frame."""
@@ -211,6 +213,7 @@ class Made(NamedTuple):
     results: tuple[tuple[Path, Content], ...] = ()  # in the order of the focus settings
     failure: str = ""  # what is wrong with the frame
     stop: OSError | None = None  # a failure to write that would stop every frame
+    notes: tuple[str, ...] = ()  # why no GPU made the pictures
 
 
 def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
@@ -218,11 +221,11 @@ def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
     # Many frames follow, and workers end when the last one is written.
     first_calls.patient = True
     results: list[tuple[Path, Content]] = []
+    notes: list[str] = []
     try:
         picture = read_picture(source)
         check_raw(picture.pixels, settings.micro_image_size, where=str(source))
-        for a in settings.a:
-            image = settings.refocused(picture.pixels, a)
+        for image in _pictures(picture.pixels, settings, notes):
             content = encode_png(picture.like(image))
             path = folder / uuid4().hex
             try:
@@ -235,7 +238,32 @@ def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
         return Made(failure=str(error))
     except MemoryError:
         return Made(failure=f"{source}: too large for the memory; use smaller frames")
-    return Made(tuple(results))
+    return Made(tuple(results), notes=tuple(notes))
+
+
+def _pictures(raw: Image, settings: Settings, notes: list[str]) -> Iterator[Image]:
+    """The pictures of a frame; `notes` get why no GPU made them."""
+    if not settings.gpu:
+        yield from (settings.refocused(raw, a) for a in settings.a)
+        return
+    from plenofir.refocus.gpu.frames import reason, to_gpu, to_host
+
+    # Only the run itself tells, once for all of its workers.
+    before, compiling.tell = compiling.tell, notes.append
+    try:
+        there = to_gpu(raw)
+        for a in settings.a:
+            try:
+                picture = to_host(settings.refocused(there, a))
+            except Exception as failure:
+                if there is raw:
+                    raise
+                compiling.hindered("gpu", f"the processor refocuses, not a GPU ({reason(failure)})")
+                there = raw
+                picture = settings.refocused(raw, a)
+            yield picture
+    finally:
+        compiling.tell = before
 
 
 def worker_count(scheduler: str, workers: int | None) -> int:
@@ -453,6 +481,8 @@ def run_batch(
                 frames_made = _made([sources[n] for n in waiting], settings, folder, client)
                 for place, made in frames_made:
                     number = waiting[place]
+                    for text in made.notes:
+                        compiling.hindered("gpu", text)
                     for name, (path, _) in zip(names[number], made.results, strict=False):
                         try:
                             path.replace(out / name)
