@@ -51,6 +51,8 @@ def print_sensor(sensor: "PlannedSensor") -> None:
     core = sensor.core
     mosaic = "" if sensor.mosaic is None else f", mosaic {sensor.mosaic}"
     lenses = "hexagonal rows" if core.hexagonal else "rectangular"
+    if core.skewed:
+        lenses = "a focused camera"
     source = "calibration built in" if sensor.calibrated else "calibration loaded at run time"
     print_line(
         "sensor",

@@ -223,7 +223,7 @@ def _of_sensor(chip: SensorChip) -> Iterator[tuple[str, SensorLogic]]:
     if not logic.mosaic:
         colour = core.model_copy(update={"channels": _FULL_CHANNELS})
         yield "colour filter mosaic", SensorLogic(colour, mosaic=True)
-    if not core.hexagonal:
+    if not core.hexagonal and not core.skewed:
         hexagonal = core.model_copy(update={"hexagonal": True})
         yield "hexagonal grid", replace(logic, core=hexagonal)
     for name, feature in (

@@ -11,6 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid
+from plenofir.camera.calibration.types_of_lenses import LensTypes
 from plenofir.camera.resampling import Tables, grid_registers
 from plenofir.camera.resampling.lines import ring_needs
 from plenofir.camera.synthetic import regular_grid
@@ -56,18 +57,20 @@ def camera(pitch: float = 5.4, layout: str = "rectangular") -> Calibration:
 @given(
     st.floats(3, 20),
     st.floats(0, 20),
-    st.sampled_from(["rectangular", "hexagonal-rows"]),
+    st.sampled_from(["rectangular", "hexagonal-rows", "skewed"]),
     st.tuples(st.integers(30, 150), st.integers(30, 150)),
     st.data(),
 )
 def test_every_calibration_within_the_limits_fits(pitch, rotation, layout, shape, data) -> None:
-    m = data.draw(st.integers(1, int(np.ceil(pitch))))
+    m = data.draw(st.integers(1 + (layout == "skewed"), max(int(np.ceil(pitch)), 2)))
+    assume(layout == "skewed" or m <= np.ceil(pitch))
     moved = data.draw(st.booleans())
     sensor = SceneSensor(
         columns=shape[1],
         rows=shape[0],
         layout=layout,
         pitch_px=pitch,
+        largest_pitch_px=1.5 * pitch,
         rotation_degrees=rotation,
         distortion=moved,
     )
@@ -76,11 +79,15 @@ def test_every_calibration_within_the_limits_fits(pitch, rotation, layout, shape
         shape,
         pitch * data.draw(st.floats(1, 1.5)),
         rotation_degrees=data.draw(st.floats(-rotation, rotation)),
-        layout=layout,
+        layout="hexagonal-rows" if layout == "skewed" else layout,
         offset=data.draw(st.tuples(st.floats(-20, 20), st.floats(-20, 20))),
     )
     try:
-        registers, _ = grid_registers(calibration_of_grid(grid, shape), m)
+        calibration = calibration_of_grid(grid, shape)
+        if layout == "skewed":
+            types = LensTypes(pattern=(0,), sharpest=(0.4,))
+            calibration = calibration.model_copy(update={"lens_types": types})
+        registers, _ = grid_registers(calibration, m)
     except InputError:
         assume(False)
         raise
@@ -89,6 +96,9 @@ def test_every_calibration_within_the_limits_fits(pitch, rotation, layout, shape
         seed = data.draw(st.integers(0, 1 << 32))
         moves = np.random.default_rng(seed).integers(-512, 512, (*registers.lenses, 2))
         tables = Tables(moves=moves)
+    if layout == "skewed":
+        gains = (np.ones(shape, np.int64) for shape in (registers.lenses, (m, m)))
+        tables = Tables(0, tables.moves, *gains)
     check_fits(chip.core, registers, tables)
     assert all(k <= n for k, n in zip(registers.raster_shape, chip.raster, strict=True))
     needs = ring_needs(registers, tables)

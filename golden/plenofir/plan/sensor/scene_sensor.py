@@ -2,7 +2,7 @@
 """The sensor of a scene, whose raw frames the chip resamples to the raster."""
 
 from dataclasses import dataclass, replace
-from math import ceil, cos, floor, radians, sqrt, tan
+from math import ceil, cos, floor, radians, sin, sqrt, tan
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -40,11 +40,13 @@ class SceneSensor(BaseModel):
     # File (relative to the scene file) of the calibration that is built in.
     calibration: Annotated[str, Field(min_length=1)] | None = None
     # Layout without a calibration: any within the following limits can be loaded at run time.
+    # "skewed": hexagonal rows of a focused camera.
     layout: ChipLayout | None = None
     # Least distance of neighbouring lenses.
     pitch_px: Annotated[float, Field(ge=1, le=MAX_MICRO_IMAGE_SIZE)] | None = None
     # Largest distance of neighbouring lenses; 1 % more than the least if None. With video in and
-    # out the ring also holds as many lines as the raster has fewer than the sensor.
+    # out the ring also holds as many lines as the raster has fewer than the sensor; that of a
+    # skewed raster holds the lines of a lens.
     largest_pitch_px: Annotated[float, Field(ge=1, le=2 * MAX_MICRO_IMAGE_SIZE)] | None = None
     # Largest rotation to either side.
     rotation_degrees: Annotated[float, Field(ge=0, le=LARGEST_ROTATION_DEGREES)] | None = None
@@ -171,28 +173,45 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
     assert pitch is not None
     assert rotation is not None
     where, angle = f"{path}: sensor", radians(rotation)
-    if m > ceil(pitch):
+    skewed = sensor.layout == "skewed"
+    if m > ceil(pitch) and not skewed:
         raise InputError(
             f"pitch_px = {pitch:g} is too small for M = {m}; it must be above {m - 1}", where=where
         )
+    if skewed and not 2 <= m <= 4 * pitch:
+        raise InputError(
+            f"M = {m} is not possible with micro images {pitch:g} pixels apart; use 2 to "
+            f"{int(4 * pitch)}",
+            where=where,
+        )
     hexagonal = sensor.layout == "hexagonal-rows"
-    row_pitch = pitch * sqrt(3) / 2 if hexagonal else pitch
+    row_pitch = pitch * sqrt(3) / 2 if hexagonal or skewed else pitch
     # A row of n lenses, whose centres lie in the image, is (n - 1) pitch cos(angle) wide.
     lenses_down = floor((sensor.rows - 1 + 2 * BORDER) / (row_pitch * cos(angle))) + 1
     lenses_across = floor((sensor.columns - 1 + 2 * BORDER) / (pitch * cos(angle))) + 1
     outputs = lenses_across
     if hexagonal:
         outputs = floor((lenses_across - 1.5) / (row_pitch / pitch)) + 1
-    moves = sensor.distortion or False
-    drift = ceil(sensor.columns * tan(angle)) + _LINES_OF_MOVES * moves
+    moves, across = sensor.distortion or False, sensor.columns
+    if skewed:
+        # All rows and columns, 60 degrees apart, that have a lens in the frame.
+        turn, side = sin(angle), tan(radians(30))
+        down = sensor.rows * cos(angle) + sensor.columns * turn
+        across = ceil(sensor.columns * cos(angle) + sensor.rows * turn + side * down)
+        lenses_down = floor(down / row_pitch) + 1
+        outputs = lenses_across = floor(across / pitch) + 1
+    gains = sensor.devignette or skewed
+    drift = ceil(across * tan(angle)) + _LINES_OF_MOVES * moves
     # A line is delayed by clocks, which are whole lines if there are few columns.
-    lines = drift + m + 4 + 4 * LATENCY // sensor.columns
+    largest = row_pitch / pitch * (sensor.largest_pitch_px or _PITCHES * pitch)
+    # Raw lines of a row of micro images.
+    high = max(m, ceil(largest) + 2) if skewed else m
+    lines = drift + high + 4 + 4 * LATENCY // sensor.columns
     cause = f"a rotation of {rotation:g} degrees"
     if video:
         # Lenses of the largest pitch whose rows certainly lie in the image.
-        largest = row_pitch / pitch * (sensor.largest_pitch_px or _PITCHES * pitch)
         rows = m * max(floor((sensor.rows - 1 - drift) / largest), 0)
-        lines = max(sensor.rows - rows, drift + m) + m // 2 + 3
+        lines = max(sensor.rows - rows, drift + high) + m // 2 + 3
         lines += sensor_delay_lines(m, mosaic=sensor.mosaic is not None)
         cause += ", pitches and a raster shown under the raw frames' timing"
     lines += lines % 2
@@ -210,11 +229,12 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
         core=ResamplerConfiguration(
             micro_image_size=m,
             hexagonal=hexagonal,
+            skewed=skewed,
             max_columns=sensor.columns,
             lines=lines,
-            lenses=lenses_down * lenses_across if moves or sensor.devignette else 2,
+            lenses=lenses_down * lenses_across if moves or gains else 2,
             moves=moves,
-            gains=sensor.devignette,
+            gains=gains,
             channels=channels,
             pixel_bits=sensor.bits,
         ),
