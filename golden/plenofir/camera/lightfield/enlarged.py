@@ -18,6 +18,9 @@ _STEP = 0.1
 _BESIDE, _APART = 12, 8
 # Lines processed at once.
 _LINES = 512
+# Swings of splines count from half of the range of four lenses on, in full from all of it; those
+# beyond 16 lenses count in full from a twentieth of their range on.
+_SWINGS, _BEYOND = 2.0, 20.0
 # Steps from a place in the picture to that in the central view, for even M.
 _STEPS = 3
 
@@ -136,3 +139,59 @@ def lens_shares(pixels: int, lenses: int, m: int, order: int) -> sparse.csr_arra
         parts.append((shares[there], there, used[there].astype(np.int64)))
     values, rows, columns = (np.concatenate(each) for each in zip(*parts, strict=True))
     return sparse.csr_array((values, (rows, columns)), (pixels, lenses))
+
+
+class Cubics:
+    """Cubics between the lines of a view: splines, or even ones, which never overshoot.
+
+    Even ones have the slopes of the cubic spline, but not where that would leave the range of the
+    two lines around (Hyman, SIAM J. Sci. Stat. Comput. 4, 1983).
+    """
+
+    def __init__(self, lines: Floats, *, even: bool) -> None:
+        self.lines = lines
+        flat = lines.reshape(len(lines), -1)
+        spline = ndimage.spline_filter1d(flat, 3, 0, np.float64, "nearest")
+        beside = np.pad(spline, ((1, 1), (0, 0)), mode="edge")
+        slopes = (beside[2:] - beside[:-2]) / 2
+        if even:
+            steps = np.diff(flat, axis=0)
+            before, after = (np.pad(steps, ends) for ends in (((1, 0), (0, 0)), ((0, 1), (0, 0))))
+            steepest = 3 * np.minimum(np.abs(before), np.abs(after)) * (before * after > 0)
+            slopes = np.sign(before) * np.clip(np.sign(before) * slopes, 0, steepest)
+        self.slopes = slopes.reshape(lines.shape)
+
+    def at(self, places: Floats) -> Floats:
+        """Lines at places; beyond the first and the last line is what they have."""
+        last = len(self.lines) - 1
+        places = np.clip(places, 0, last)
+        line = np.minimum(places.astype(np.int64), max(last - 1, 0))
+        after = np.minimum(line + 1, last)
+        share = (places - line).reshape(-1, *[1] * (self.lines.ndim - 1))
+        first = self.lines[line]
+        result = first + share * share * (3 - 2 * share) * (self.lines[after] - first)
+        bend = (1 - share) * self.slopes[line] - share * self.slopes[after]
+        return np.asarray(result + share * (1 - share) * bend)
+
+
+def ringing(view: Floats) -> Floats:
+    """How far splines through a view, shape (t, s, channels), ring beside each lens: 0 to 1.
+
+    After a step nearby splines still swing between four lenses: by more than half of the range of
+    these lenses where the result is above 0, or beyond all 16 lenses around.
+    """
+    down, right = (np.arange(n - 1) + 0.5 for n in view.shape[:2])
+    between = Cubics(view, even=False).at(down).swapaxes(0, 1)
+    between = Cubics(between, even=False).at(right).swapaxes(0, 1)
+    corners = [view[:-1, :-1], view[:-1, 1:], view[1:, :-1], view[1:, 1:]]
+    low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
+    shares = np.full(between.shape[:2], -1.0)
+    for around, times, least in ((1, _SWINGS, 1.0), (3, _BEYOND, 0.0)):
+        size = around, around, 1
+        ends = ndimage.minimum_filter(low, size), ndimage.maximum_filter(high, size)
+        beyond = np.abs(between - np.clip(between, *ends)).max(axis=2)
+        span = np.maximum((ends[1] - ends[0]).max(axis=2), 1)
+        shares = np.maximum(shares, times * beyond / span - least)
+    cells = np.pad(np.clip(shares, 0, 1), 1)
+    of_lenses = [cells[:-1, :-1], cells[:-1, 1:], cells[1:, :-1], cells[1:, 1:]]
+    return np.asarray(np.maximum.reduce(of_lenses))

@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.lightfield.disparity import Disparity, search_disparity
-from plenofir.camera.lightfield.enlarged import lens_shares, places_in_view
+from plenofir.camera.lightfield.enlarged import Cubics, lens_shares, places_in_view, ringing
 from plenofir.camera.lightfield.indexing import sub_aperture
 from plenofir.camera.lightfield.small_boxes import even, lattice, smaller
 from plenofir.ground.errors import InputError
@@ -224,7 +224,7 @@ def all_in_focus(
     Slices are 1/M apart, blended between, and sharpened as `PICTURE` says. Means of neighbouring
     lenses are drawn to those of the central view, so light from behind an object leaves no halo.
     Where slices differ from the central view by more than its noise (beside an object some views
-    see what is behind it), the central view is mixed in, enlarged by cubic splines. Result: type
+    see what is behind it), the central view is mixed in, enlarged by cubics. Result: type
     and size of `raw`.
 
     `settings`: focus setting of each micro lens, shape (t, s), as `search_disparity` finds them if
@@ -348,28 +348,29 @@ class _CentralView:
                 for k in (-1, 1)
             )
             view = view + _VIEW_SHARPENING * (2 * view - before - after)
-        # Values of the four lenses around each place between lenses.
-        sizes = (2, 2, 1)[: view.ndim]
-        padded = np.pad(self.seen, ((1, 1), (1, 1), (0, 0))[: view.ndim], mode="edge")
-        self.limits = [
-            np.atleast_3d(
-                of_corners(padded, sizes, mode="nearest", origin=(-1, -1, 0)[: view.ndim])
-            )
-            for of_corners in (ndimage.minimum_filter, ndimage.maximum_filter)
-        ]
-        colours = np.atleast_3d(view)
-        self.splines = [
-            ndimage.spline_filter(colours[..., k], 3, np.float64, "nearest")
-            for k in range(colours.shape[2])
-        ]
-        # Shares of lenses in the pixels of lines and columns, linear and cubic.
-        rows, columns = (
-            [lens_shares(length, lenses, m, order) for order in (1, 3)]
-            for length, lenses in zip(self.shape, self.settings.shape, strict=False)
+        # Sharpening does not leave the range of the lenses around.
+        sizes = (3, 3, 1)[: view.ndim]
+        low, high = (
+            extreme(self.seen, sizes, mode="nearest")
+            for extreme in (ndimage.minimum_filter, ndimage.maximum_filter)
         )
-        self.rows, self.columns = rows, columns[0]
-        # What follows from a pixel's column is computed once.
-        self.enlarged_lines = np.stack([(columns[1] @ one.T).T for one in self.splines], axis=-1)
+        lenses = self.settings.shape
+        self.rows, self.columns = (
+            lens_shares(length, count, m, 1)
+            for length, count in zip(self.shape, lenses, strict=False)
+        )
+        # What follows from a pixel's column is computed once: by splines, and by even cubics for
+        # where these would ring. Cutting splines off lens by lens would leave squares.
+        view = np.atleast_3d(np.clip(view, low, high))
+        self.ringing, places = ringing(view), self.straight(0, self.shape[1])
+        self.splines, self.even = (
+            Cubics(Cubics(view.swapaxes(0, 1), even=even).at(places).swapaxes(0, 1), even=even)
+            for even in (False, True)
+        )
+
+    def straight(self, first: int, last: int) -> Floats:
+        """Places of pixels `first` to `last` - 1 of a line or column, in micro lenses."""
+        return (np.arange(first, last) - (self.m - 1) / 2) / self.m
 
     def places(self, part: slice) -> Floats:
         """Where the view sees pixels of lines, see `places_in_view`."""
@@ -378,7 +379,7 @@ class _CentralView:
 
     def interpolated(self, values: Floats, part: slice) -> Floats:
         """Values of the micro lenses, at the pixels of lines."""
-        return np.asarray(self.rows[0][part] @ (self.columns @ values.T).T)
+        return np.asarray(self.rows[part] @ (self.columns @ values.T).T)
 
     def share(self, shares: Floats, part: slice) -> Floats:
         """Shares of the micro lenses, at the samples of lines."""
@@ -393,34 +394,23 @@ class _CentralView:
         return np.asarray(ndimage.map_coordinates(self.settings, places, order=1, mode="nearest"))
 
     def enlarged(self, part: slice) -> Floats:
-        """Lines of the view, in the range of the four lenses around; shape of the picture's."""
-        places: Sequence[Floats] | Floats
+        """Lines of the view without rings; shape of the picture's."""
         if self.m % 2:
-            # Places are a grid.
-            c = (self.m - 1) / 2
-            lines = np.arange(part.start, part.stop), np.arange(self.shape[1])
-            places = [(line - c) / self.m for line in lines]
-        else:
-            places = self.places(part)
-        cells = [
-            np.clip(np.floor(axis).astype(int) + 1, 0, n - 1)
-            for axis, n in zip(places, self.limits[0].shape, strict=False)
-        ]
-        if self.m % 2:
-            low, high = (limit[cells[0]][:, cells[1]] for limit in self.limits)
-            lenses = len(self.enlarged_lines)
-            colours = self.rows[1][part] @ self.enlarged_lines.reshape(lenses, -1)
-        else:
-            low, high = (limit[cells[0], cells[1]] for limit in self.limits)
-            colours = np.stack(
-                [
-                    ndimage.map_coordinates(s, places, order=3, mode="nearest", prefilter=False)
-                    for s in self.splines
-                ],
-                axis=-1,
-            )
-        limited = np.clip(colours.reshape(low.shape), low, high)
-        return np.asarray(limited.reshape(*limited.shape[:2], *self.shape[2:]))
+            return self._enlarged(part).reshape(-1, *self.shape[1:])
+        # Pixels are seen from beside the view: between its enlarged pixels.
+        places = self.places(part) * self.m + (self.m - 1) / 2
+        np.clip(places[0], 0, self.shape[0] - 1, out=places[0])
+        first, last = int(places[0].min()), min(int(places[0].max()) + 2, self.shape[0])
+        places[0] -= first
+        colours = np.moveaxis(self._enlarged(slice(first, last)), 2, 0)
+        each = [ndimage.map_coordinates(k, places, order=1, mode="nearest") for k in colours]
+        return np.stack(each, axis=-1).reshape(-1, *self.shape[1:])
+
+    def _enlarged(self, part: slice) -> Floats:
+        """Lines of the view at places of its own, shape (lines, columns, channels)."""
+        places = self.straight(part.start, part.stop)
+        splines, even = self.splines.at(places), self.even.at(places)
+        return splines + self.interpolated(self.ringing, part)[..., np.newaxis] * (even - splines)
 
 
 def _sharpened(

@@ -26,7 +26,7 @@ from plenofir.camera.lightfield import (
     views,
 )
 from plenofir.camera.lightfield.disparity import views_disparity
-from plenofir.camera.lightfield.enlarged import enlarged_view
+from plenofir.camera.lightfield.enlarged import Cubics, enlarged_view
 from plenofir.camera.lightfield.fourier import kaiser_bessel, kaiser_bessel_transform
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.errors import InputError
@@ -234,6 +234,40 @@ def test_all_in_focus_takes_the_central_view_where_slices_differ() -> None:
     assert np.abs(bad - good)[30:-30, 70:-30].mean() < 0.1 * np.abs(good - view)[there].mean()
     with pytest.raises(InputError, match="less than one micro image"):
         all_in_focus(np.zeros((4, 4), np.uint8), 5)
+
+
+@pytest.mark.parametrize("m", [15, 16])
+def test_all_in_focus_has_no_squares_beside_a_bright_disc(m: int) -> None:
+    rng = np.random.default_rng(2)
+    rows, columns = np.mgrid[:24, :26]
+    disc = np.where(np.hypot(rows - 11.3, columns - 12.6) < 6, 220, 40)
+    view = np.rint(disc + rng.normal(0, 4, disc.shape)).astype(np.uint8)
+    # All views alike: pixels beside each other differ little, also where lenses meet.
+    picture = all_in_focus(view.repeat(m, 0).repeat(m, 1), m, np.zeros(view.shape))
+    for lines in (picture, picture.T):
+        steps = np.abs(np.diff(lines.astype(int), axis=1))
+        assert (steps[:, 1:-1] - np.maximum(steps[:, :-2], steps[:, 2:])).max() < 5
+
+
+@given(st.integers(1, 9), st.integers(0, 2**32 - 1))
+def test_even_cubics_stay_between_lines_and_meet_in_them(count: int, seed: int) -> None:
+    lines = np.random.default_rng(seed).normal(0, 1, (count, 3))
+    cubics = Cubics(lines, even=True)
+    places = np.arange(-8, 8 * count + 9) / 8
+    values = cubics.at(places)
+    before = np.clip(np.floor(places), 0, count - 1).astype(int)
+    after = np.clip(np.ceil(places), 0, count - 1).astype(int)
+    ends = lines[before], lines[after]
+    assert (values >= np.minimum(*ends) - 1e-12).all()
+    assert (values <= np.maximum(*ends) + 1e-12).all()
+    assert np.abs(cubics.at(np.arange(count)) - lines).max() < 1e-12
+
+
+def test_even_cubics_are_splines_where_these_do_not_overshoot() -> None:
+    lines = np.arange(20.0)[:, np.newaxis] ** 1.5
+    places = np.linspace(5, 14, 50)
+    splines = ndimage.map_coordinates(lines[:, 0], [places], order=3)
+    assert np.abs(Cubics(lines, even=True).at(places)[:, 0] - splines).max() < 1e-3
 
 
 @pytest.mark.parametrize("rgb", [False, True])
