@@ -35,14 +35,12 @@ from plenofir.camera.calibration.lattice import (
     no_grid,
     primitive_vectors,
 )
-from plenofir.camera.calibration.light import light_order
+from plenofir.camera.calibration.light import fitted_light
 from plenofir.camera.calibration.models import BENT, EVEN, MODELS
-from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
     extents,
     lens_indices,
     shading_at,
-    unit_positions,
     within,
 )
 from plenofir.camera.calibration.white import DARK, DIMMEST, enough
@@ -305,9 +303,7 @@ def _shading(fitter: GrowingFit) -> Floats:
     centres = centres[enough(len(centres))]
     level = core_brightness(fitter.raw, centres + fitter.margin, extents(fitter.grid))
     lit = level > DARK * np.percentile(level, 95)
-    order = light_order(int(lit.sum()))
-    terms = polynomial_terms(unit_positions(centres[lit], fitter.shape), order)
-    return robust_fit(terms, np.log(level[lit])[:, np.newaxis], 1e-3)[0][:, 0]
+    return fitted_light(centres[lit], level[lit], np.zeros(int(lit.sum())), fitter.shape)[0]
 
 
 def _finish(fitter: GrowingFit, used: int, evidence: Evidence) -> Fit:

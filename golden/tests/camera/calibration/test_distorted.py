@@ -131,6 +131,15 @@ def test_clipped_micro_images_that_touch() -> None:
     assert found.evidence.centre_error_px > worst / 3
 
 
+@pytest.mark.parametrize("seed", [300012, 300059])
+def test_light_of_three_rows_of_lenses(seed) -> None:
+    """A polynomial of order 4 made lenses at the border a million times as bright as the light."""
+    white = harsh_white(seed)
+    found = calibrate(white.image)
+    assert white.errors(found.centres).max() < 0.05
+    assert 0.2 < found.lens_brightness[found.inside].max() < 2
+
+
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("gains", [(0, 1, 1, 0), (0, 0, 0, 1), (0.003, 1, 1, 0.003)])
 @pytest.mark.parametrize("bits", [8, 16])
