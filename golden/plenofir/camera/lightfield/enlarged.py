@@ -149,29 +149,33 @@ class Cubics:
     """
 
     def __init__(self, lines: Floats, *, even: bool) -> None:
-        self.lines = lines
         flat = lines.reshape(len(lines), -1)
         spline = ndimage.spline_filter1d(flat, 3, 0, np.float64, "nearest")
         beside = np.pad(spline, ((1, 1), (0, 0)), mode="edge")
         slopes = (beside[2:] - beside[:-2]) / 2
+        steps = np.diff(flat, axis=0)
         if even:
-            steps = np.diff(flat, axis=0)
             before, after = (np.pad(steps, ends) for ends in (((1, 0), (0, 0)), ((0, 1), (0, 0))))
             steepest = 3 * np.minimum(np.abs(before), np.abs(after)) * (before * after > 0)
             slopes = np.sign(before) * np.clip(np.sign(before) * slopes, 0, steepest)
-        self.slopes = slopes.reshape(lines.shape)
+        first, second = slopes[:-1], slopes[1:]
+        bends = (3 * steps - 2 * first - second, first + second - 2 * steps)
+        # Of each line, the coefficients of the cubic to the next.
+        self._terms = [np.zeros_like(flat) for _ in range(4)]
+        for term, values in zip(self._terms, (flat, first, *bends), strict=True):
+            term[: len(values)] = values
+        self._shape = lines.shape
 
     def at(self, places: Floats) -> Floats:
         """Lines at places; beyond the first and the last line is what they have."""
-        last = len(self.lines) - 1
-        places = np.clip(places, 0, last)
-        line = np.minimum(places.astype(np.int64), max(last - 1, 0))
-        after = np.minimum(line + 1, last)
-        share = (places - line).reshape(-1, *[1] * (self.lines.ndim - 1))
-        first = self.lines[line]
-        result = first + share * share * (3 - 2 * share) * (self.lines[after] - first)
-        bend = (1 - share) * self.slopes[line] - share * self.slopes[after]
-        return np.asarray(result + share * (1 - share) * bend)
+        places = np.clip(places, 0, self._shape[0] - 1)
+        line = places.astype(np.int64)
+        share = (places - line)[:, np.newaxis]
+        result = self._terms[3][line]
+        for term in self._terms[2::-1]:
+            result *= share
+            result += term[line]
+        return np.asarray(result.reshape(-1, *self._shape[1:]))
 
 
 def ringing(view: Floats) -> Floats:
