@@ -24,10 +24,14 @@ from plenofir.plan.designs import (
 )
 from plenofir_studies import engine_cells
 from plenofir_studies.counted_cores import counted_cores
+from plenofir_studies.drawn_cores import CHECKED, FITTED, drawn_cores
 from plenofir_studies.records import save_record
 
 # Small designs that are placed besides the scenes: kind, M, a', rows at once.
 PLACED = (("core", 1, 0, 1), ("core", 3, 1, 1), ("array", 3, 1, 1), ("array", 3, 1, 3))
+CLASS = 0.15
+"""Relative error of LUTs and flip-flops that `plan` tells at least."""
+Cell = tuple[str, CoreConfiguration, Usage]
 
 
 def least_worst(parts: np.ndarray) -> np.ndarray:
@@ -61,31 +65,41 @@ def placed_on_ecp5() -> list[tuple[str, CoreConfiguration, Usage]]:
     return [(name, core, records[name].usage) for name, core in cores.items()]
 
 
-def fit_engine(
-    kind: str, family: Family, cells: list[tuple[str, CoreConfiguration, Usage]]
-) -> Weights:
-    """Weights of each part, for the least of the largest relative errors."""
+def fit_engine(kind: str, family: Family, cells: list[Cell], checked: Sequence[Cell]) -> Weights:
+    """Weights of each part, for the least of the largest relative errors.
+
+    The class of error is `CLASS`, or what cores are off that the weights were not fitted to.
+    """
+    parts, memories, names = parts_of(family, [*cells, *checked])
+    goals: Mapping[str, list[int]] = {
+        "lut": [u.lut - n for (_, _, u), n in zip((*cells, *checked), memories, strict=True)],
+        "flip_flops": [u.flip_flops for _, _, u in (*cells, *checked)],
+    }
+    tables: dict[str, dict[str, float]] = {}
+    within, fitted = CLASS, len(cells)
+    for resource, values in goals.items():
+        goal = np.array(values, dtype=float)
+        weights = least_worst((parts / goal[:, None])[:fitted])
+        rounded = [float(f"{weight:.3g}") for weight in weights]
+        tables[resource] = {n: w for n, w in zip(names, rounded, strict=True) if w}
+        errors = parts @ np.array(rounded) / goal - 1
+        worst = int(np.abs(errors[:fitted]).argmax())
+        within = max(within, float(np.abs(errors).max()))
+        print(
+            f"{family}, {kind}, {resource}: worst {cells[worst][0]}, {errors[worst]:+.1%}", end=""
+        )
+        print("; checked", ", ".join(f"{error:+.1%}" for error in errors[fitted:]) or "by none")
+    return Weights.model_validate({**tables, "within": ceil(100 * within) / 100})
+
+
+def parts_of(family: Family, cells: Sequence[Cell]) -> tuple[np.ndarray, list[int], list[str]]:
+    """Parts of each core, LUTs of its memories, and the names of the parts."""
     blocks = [core.blocks[0] for _, core, _ in cells]
     amounts = [block.parts_on(family) for block in blocks]
     names = list(amounts[0])
     parts = np.array([[block[name] for name in names] for block in amounts], dtype=float)
-    used = [sum((m.usage(family) for m in block.memories), Usage()).lut for block in blocks]
-    goals: Mapping[str, list[int]] = {
-        "lut": [u.lut - n for (_, _, u), n in zip(cells, used, strict=True)],
-        "flip_flops": [u.flip_flops for _, _, u in cells],
-    }
-    tables: dict[str, dict[str, float]] = {}
-    within = 0.0
-    for resource, values in goals.items():
-        goal = np.array(values, dtype=float)
-        weights = least_worst(parts / goal[:, None])
-        rounded = [float(f"{weight:.3g}") for weight in weights]
-        tables[resource] = {n: w for n, w in zip(names, rounded, strict=True) if w}
-        errors = parts @ np.array(rounded) / goal - 1
-        worst = int(np.abs(errors).argmax())
-        within = max(within, float(np.abs(errors).max()))
-        print(f"{family}, {kind}, {resource}: worst {cells[worst][0]}, {errors[worst]:+.1%}")
-    return Weights.model_validate({**tables, "within": ceil(100 * within) / 100})
+    memories = [sum((m.usage(family) for m in block.memories), Usage()).lut for block in blocks]
+    return parts, memories, names
 
 
 def fit(names: Sequence[str]) -> None:
@@ -107,10 +121,19 @@ def fit(names: Sequence[str]) -> None:
             cells = placed_on_ecp5()
         else:
             cells = [(name, core, counts[family][name].usage) for name, core in counted.items()]
+        known = counts.get(family, {})
+        drawn, checked = (
+            [(n, core, known[n].usage) for n, core in drawn_cores(*which) if n in known]
+            for which in (FITTED, CHECKED)
+        )
+        cells += drawn
         for kind in SLICE_ENGINES:
-            cells_of_kind = [cell for cell in cells if cell[1].engine.kind == kind]
-            if cells_of_kind:
-                weights.setdefault(kind, {})[family] = fit_engine(kind, family, cells_of_kind)
+            of_kind, unseen = (
+                [cell for cell in every if cell[1].engine.kind == kind]
+                for every in (cells, checked)
+            )
+            if of_kind:
+                weights.setdefault(kind, {})[family] = fit_engine(kind, family, of_kind, unseen)
         if family == "spartan6":
             continue
         # For designs without a fit: LUTs and flip-flops relative to a Spartan-6, from the same

@@ -12,6 +12,8 @@ devices places the cores of the shipped scenes on the devices of plenofir.fpga.s
   that the record lacks; names of devices, or DEVICE:SCENE: anew.
 families counts the cores of plenofir_studies.counted_cores for the families of other vendors that
   the record lacks; names of families.
+drawn counts the drawn cores of plenofir_studies.drawn_cores that the record lacks, of each both
+  that the weights are fitted to and that check them; names of families.
 place places for ECP5, or for the device that is named behind a scene. A scene: its clock and
   resources (recorded of a shipped core with all slices at once), or the bitstream of its board,
   whose report is recorded. Without a scene all shipped scenes, cores and arrays, and the self-test
@@ -36,6 +38,7 @@ import time
 from collections.abc import Container, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 from fit_estimates import PLACED, fit
@@ -81,6 +84,7 @@ from plenofir.plan.planner import make_plan
 from plenofir.plan.scene_top import TOP
 from plenofir_studies import energy, engine_cells, many_pixels, systolic
 from plenofir_studies.counted_cores import COUNTED, counted_cores
+from plenofir_studies.drawn_cores import CHECKED, DRAWN_FAMILIES, FITTED, drawn_cores
 from plenofir_studies.placed_cores import place_core as place_on
 from plenofir_studies.placed_ecp5 import make_netlist, place, write_bitstream
 from plenofir_studies.records import (
@@ -165,6 +169,20 @@ def families(names: Sequence[str]) -> None:
                 amounts = count(family, hdl.hdl_sources(), CORE, core.generics(), Path(folder))
             record_design("counted", family, name, amounts)
             print(f"{family}, {name}: {amounts.usage.amounts(family)}", flush=True)
+
+
+def drawn(names: Sequence[str]) -> None:
+    """Record the counts of drawn cores, after each core; fitted ones and checked ones in turn."""
+    pairs = zip(*(drawn_cores(*cores) for cores in (FITTED, CHECKED)), strict=True)
+    for name, core in chain.from_iterable(pairs):
+        for family in DRAWN_FAMILIES:
+            if (names and family not in names) or name in load_record().counted.get(family, {}):
+                continue
+            with tempfile.TemporaryDirectory() as folder:
+                amounts = count(family, hdl.hdl_sources(), CORE, core.generics(), Path(folder))
+            record_design("counted", family, name, amounts)
+            beside = estimate(core.blocks, family).amounts(family)
+            print(f"{family}, {name}: {amounts.usage.amounts(family)}, estimated {beside}")
 
 
 def devices(names: Sequence[str]) -> None:
@@ -399,6 +417,7 @@ def energies(words: Sequence[str]) -> None:
 COMMANDS = {
     "figures": figures,
     "compare": compare,
+    "drawn": drawn,
     "devices": devices,
     "families": families,
     "place": place_all,

@@ -207,7 +207,9 @@ class MovingSumEngine(SliceEngine):
             p, columns = self.pixels_per_clock, self._words(raster)
             width = p * raster.channels * words.data
             table_bits = (_table_words(layout) - 1).bit_length()
-            if number in self._column_stages(raster) and columns > 1:
+            phase_bits = max((raster.micro_image_size - 1).bit_length(), 1)
+            in_columns = number in self._column_stages(raster) and columns > 1
+            if in_columns:
                 banks = layout.bank_lines
                 if sum(banks):
                     for lines, number_of in Counter(banks).items():
@@ -218,8 +220,6 @@ class MovingSumEngine(SliceEngine):
                     line_bits, reads = max(banks).bit_length(), 1 + layout.pixels_leave
                     address_bits = (max(banks) * columns - 1).bit_length()
                     yield Memory("addresses of lines", line_bits, address_bits, 1 + reads, rom=True)
-                    phase_bits = max((raster.micro_image_size - 1).bit_length(), 1)
-                    yield Memory("phases", table_bits, phase_bits, 1, rom=True)
                 sum_bits = p * raster.channels * words.sum
                 for size in block_sizes(columns, sum_bits):
                     bits = (size - 1).bit_length()
@@ -234,11 +234,16 @@ class MovingSumEngine(SliceEngine):
                 yield Memory("pixels of a line", bits, width, 1 + layout.pixels_leave)
             if words.value:
                 yield Memory("stored products", words.value, words.data, raster.channels, rom=True)
-            yield Memory("ages", table_bits, (layout.reach + 1).bit_length(), 1, rom=True)
+            if len(layout.shifts) > 1:
+                # A word of `step_t` for each slice and phase, for each field that a register takes;
+                # a block RAM has what is read of a word.
+                bits = 4 + 2 * phase_bits + 4 * (layout.reach + 1).bit_length()
+                fields = 1 + (2 if in_columns else 1) * layout.pixels_leave
+                yield Memory("steps", table_bits, min(bits, 36), fields, rom=True)
 
     def structure(self, raster: Raster) -> dict[str, int]:
         names = ("core", "sum bits", "pixel bits", "control bits", "tables", "delays", "rings")
-        more = ("held lines", "block bits", "address bits", "lane bits", "banks")
+        more = ("held lines", "block bits", "address bits", "lane bits", "banks", "bank bits")
         counts = dict.fromkeys((*names, *more), 0)
         counts["core"] = 1
         counts["address bits"] = (raster.max_columns - 1).bit_length()
@@ -255,6 +260,7 @@ class MovingSumEngine(SliceEngine):
                 counts["lane bits"] += (self.pixels_per_clock - 1) * width
             if self.pixels_per_clock > 1 and number not in self._column_stages(raster):
                 counts["banks"] += self.lanes(raster, number).banks
+                counts["bank bits"] += self.lanes(raster, number).banks * width
             counts["control bits"] += age_bits
             counts["tables"] += table_blocks * (3 * age_bits + 4 + 2)
             counts["delays"] += layout.delay
