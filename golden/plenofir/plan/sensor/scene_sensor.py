@@ -207,6 +207,16 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
     # Raw lines of a row of micro images.
     high = max(m, ceil(largest) + 2) if skewed else m
     lines = drift + high + 4 + 4 * LATENCY // sensor.columns
+    raster = lenses_down * m, outputs * m
+    # Lenses cut by the border are included, so with few lenses the raster may have more pixels than
+    # the raw frame.
+    line = max(outputs, lenses_across) * m
+    keeps_up = m <= row_pitch and line <= sensor.columns
+    keeps_up = keeps_up and raster[0] * line <= sensor.rows * sensor.columns
+    if skewed and not keeps_up:
+        # A source that has to wait needs the lines of one line of the raster alone, since whole
+        # micro images lie in the frame.
+        lines = min(lines, 2 * drift + ceil(largest / m) + 8)
     cause = f"a rotation of {rotation:g} degrees"
     if video:
         # Lenses of the largest pitch whose rows certainly lie in the image.
@@ -216,12 +226,6 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
         cause += ", pitches and a raster shown under the raw frames' timing"
     lines += lines % 2
     check_ring(lines, cause, where=f"{where}.rotation_degrees")
-    raster = lenses_down * m, outputs * m
-    # Lenses cut by the border are included, so with few lenses the raster may have more pixels than
-    # the raw frame.
-    line = max(outputs, lenses_across) * m
-    keeps_up = m <= row_pitch and line <= sensor.columns
-    keeps_up = keeps_up and raster[0] * line <= sensor.rows * sensor.columns
     if video:
         # A calibration whose raster is larger than the frame is refused.
         raster = min(raster[0], sensor.rows // m * m), min(raster[1], sensor.columns // m * m)
