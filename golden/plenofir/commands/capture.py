@@ -94,6 +94,7 @@ def calibrate(
     alone = reversed_lens is None and turned.reversed_focus != inf
     options.require("reversed_focus", "reversed_lens", alone)
     of_types.check(pupil=reversed_lens is not None)
+    # No result may replace what the calibration is made from.
     inputs = white, dark, reversed_lens, of_types.lens_types, of_types.grid
     path = check_file(out, (".json",), *inputs)
     picture_path = check_file(picture, (".png",), *inputs) if picture else None
@@ -228,6 +229,7 @@ def _marked(image: "Image", centres: "Floats") -> "Image":
     from plenofir.camera.calibration.frames import grey
 
     levels = grey(image)
+    # The percentile leaves out hot pixels, which would darken the picture.
     levels = np.clip(levels / max(float(np.percentile(levels, 99.9)), 1.0), 0, 1) * 255
     result = np.repeat(levels.astype(np.uint8)[:, :, np.newaxis], 3, axis=2)
     points = np.rint(centres[~np.isnan(centres[..., 0])]).astype(int)

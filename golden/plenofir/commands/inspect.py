@@ -80,11 +80,13 @@ def inspect(
     else:
         if len(files) > 1:
             raise InputError("several pictures require --position, once for each of them")
+        # Only a white image has use for these options, so the file is taken for one.
         calibrates = any(one is not None for one in (dark, collimator, camera, out))
         source = None if calibrates else _recognised(files[0], hints)
         if source is not None and source.white is None:
             content, lines, pictures = *_recognition(source), dict
         else:
+            # Recognising a white image has inspected it already.
             inspection = source.white if source is not None else None
             content, lines, pictures = _white(files[0], dark, collimator, camera, focus, inspection)
             lines.append(("next", command("calibrate", Path(files[0]), "--out", "calib.json")))
@@ -163,6 +165,7 @@ def _white(
         pupil = measure_pupil(model, grid.lens_pitch, error or 0.0)
     infinity = None
     if star is not None:
+        # Where micro images overlap, their size, which the star is compared with, is unknown.
         if overlapping:
             raise InputError("micro images overlap; close the main lens's aperture", where=file)
         infinity = infinity_focus(

@@ -46,6 +46,7 @@ def views(
     from plenofir.camera.lightfield import named_views
     from plenofir.camera.lightfield.any_field import all_views
 
+    # Large captures take seconds to read; a folder that cannot be written is told before.
     check_folder(Path(out), out)
     picture, m, *_ = read_field(raster, hints, rectangles=True)
     images = all_views(picture.pixels, m)
@@ -99,6 +100,7 @@ def quilt(
 
     picture, m, *_ = read_field(raster, hints, rectangles=True)
     images = all_views(picture.pixels, m)
+    # A Looking Glass shows parallax along rows alone.
     line = images[len(images) // 2]
     if columns is None and rows is None:
         columns, rows = quilt_tiles(len(line))
@@ -152,6 +154,7 @@ def compose(
         light_field = recognised(source, hints)
         picture = light_field.all_views(show)
     images = picture.pixels if keep is None else central(picture.pixels, keep)
+    # Refused in the words that other commands have for a rectangle of views.
     if images.shape[0] != images.shape[1]:
         light_field.field()
     m = images.shape[0]
@@ -304,6 +307,7 @@ def depth_map(
     else:
         files[f"{name}.npy"] = depth = sure_distances(disparity, model, confidence)
         if unit == "mm":
+            # A PNG that viewers open has 16 bits: tenths of a mm reach to 6.5 m.
             tenths = np.clip(np.nan_to_num(np.rint(10 * depth), nan=0.0), 0, 65535)
             files["distance_tenth_mm.png"] = tenths.astype(np.uint16)
     files["depth.png"] = depth_picture(depth, unit)
@@ -315,6 +319,7 @@ def depth_map(
         if more.tiff:
             results.write(f"{name}.tif", exports.encode_float_tiff(depth))
         if more.ply and isinstance(model, RayModel):
+            # One point for each micro lens, at any resolution of the maps: more would repeat it.
             places = exports.points(sure_distances(searched.disparity, model, confidence), model)
             colours = exposure(picture, m).apply(view)
             results.write("points.ply", exports.encode_ply(places, colours))

@@ -120,6 +120,7 @@ def _print_frames(plan: "Plan") -> None:
 
     core = plan.core
     frame = f"{plan.columns} x {plan.rows}, {core.channels} x {core.pixel_bits} bit"
+    # Video has one clock; a core alone may run faster.
     least = "" if plan.path == "video" else "at least "
     clock = "still" if plan.clock_mhz is None else f"pixel clock {least}{plan.clock_mhz:g} MHz"
     print_line("scene", f"{plan.scene}: {frame}, M = {core.micro_image_size}, {clock}")
@@ -186,6 +187,7 @@ def print_plan(plan: "Plan", placement: "BesideFull | None") -> None:
         print_line("border", f"divided by the views that reach it, takes {takes}")
     print_line("engine", f"{core.engine.kind}: {plan.engine_reason}")
     for option in plan.engines:
+        # The reason of the choice has told it already.
         if option.refused and option.refused in plan.engine_reason:
             continue
         numbers = option.refused if option.needs is None else _amounts(option.needs)
@@ -212,6 +214,7 @@ def print_plan(plan: "Plan", placement: "BesideFull | None") -> None:
         video = {name: amount for name, amount in plan.video_needs.items() if amount}
         print_line("video", f"takes {_amounts(video)} of it")
     print_line("full build", plan.full_build)
+    # A full set of slices needs no logic that selects between a few.
     above = {name: n - plan.full[name] for name, n in plan.needs.items() if n > plan.full[name]}
     if above:
         print_line("", f"takes {_amounts(above)} less than this scene")

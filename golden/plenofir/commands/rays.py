@@ -83,6 +83,7 @@ def _fraction(a: "Fraction") -> str:
 
 
 def _number_or_none(distances: "Distances") -> float | None:
+    # JSON has no infinity.
     return options.finite(float(distances.mm))
 
 
@@ -150,6 +151,7 @@ def distance(
 
     instrument = load_instrument(camera)
     if isinstance(instrument, Microscope):
+        # A microscope is focused by its stage: heights do not depend on a focus distance.
         of_cameras = {
             "focus": focus != inf,
             "plot": plot,
@@ -180,10 +182,12 @@ def distance(
         }
         for setting, near, centre, far in rows
     ]
+    # What cannot be written ends the command before anything is printed.
     check_plot_and_csv(plot, csv_file, camera)
     write_plot_and_csv(plot, lambda: drawn().plot_bench(model, settings), csv_file, planes)
     _say_of_camera(model)
     if as_json:
+        # In JSON without --verbose too: programs take what they need.
         for plane, setting in zip(planes, settings, strict=True):
             plane["condition"] = {
                 name: options.finite(number)
@@ -283,6 +287,7 @@ def _baseline_row(model: "RayModel", gap: int, view: int) -> dict[str, float | N
         "gap": gap,
         "baseline_mm": float(model.baseline(gap)),
         "exit_pupil_baseline_mm": options.finite(float(model.exit_pupil_baseline(gap))),
+        # The sum with zero has no negative zero, which would be printed as -0.
         "tilt_deg": float(model.tilt(gap, view)) + 0.0,
         "entrance_pupil_mm": model.entrance_pupil_mm,
     }
@@ -306,6 +311,7 @@ def baseline(
     """
     model = _model(camera, focus, micro_image, sensor_distance)
     content = _baseline_row(model, gap, view)
+    # The given gap is marked among all others in the plot, also one beyond M.
     gaps = sorted({gap, *range(1, model.micro_image_size)})
     check_plot_and_csv(plot, csv_file, camera)
     write_plot_and_csv(

@@ -67,6 +67,7 @@ def refocus_command(
     from plenofir.refocus.sharpening import WEIGHT_UNITS
 
     path = check_file(out, PICTURES, raster, of.calib)
+    # What is wrong with options is told before a large file is read.
     part = _region(region) if region else None
     camera.check()
     field = of.opened(raster, hints, camera, exposed.exposure, exposed.gamma)
@@ -100,6 +101,7 @@ def refocus_command(
             "region": region,
         }
         options.refuse_used(used, "is for a square of views")
+    # The operator has multiples of 1/M alone; pictures to look at take any a between two of them.
     setting = options.one_focus_setting(a, m, rounded=exact)
     if exact:
         options.shifts_of((setting,), m)
@@ -129,6 +131,7 @@ def refocus_command(
     if image.size == 0:
         raise InputError(f"{region} lies outside of the picture", where="region")
     publish({path.name: look(image)._replace(xmp=description_of(m, setting, model))}, path.parent)
+    # With "auto" the weight depends on the slice, so it is told.
     units = sharpening_units(weight, m, int(setting * m), order, box=pupil.box) if exact else 0
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"

@@ -105,6 +105,7 @@ class Candidate:
             lines = max(lines, self.loaded.shown.index(core).frame_lines(frame.rows))
         blank_pixels, blank_lines = frame.blank
         line = max(core.line_tokens(frame.columns + blank_pixels), self._line_steps)
+        # Lines that the array still needs at the end of a frame fall into the blanking.
         clocks = line * max(lines, frame.rows + blank_lines)
         if core.parallel_rows > 1:
             clocks = frame.columns * frame.rows
@@ -237,6 +238,7 @@ def _candidates(
             tried = [c for c in tried if c.core.engine.kind == build.engine]
         if build.pixels_per_clock != "auto":
             tried = [c for c in tried if c.core.pixels_per_clock == build.pixels_per_clock]
+        # If all are too slow, one remains, so that its reason is told.
         tried = [c for c in tried if not c.slow] or tried[-1:]
         # The smaller variant of each engine (the simpler one wins a tie), then the better engine.
         smallest = sorted(tried, key=lambda c: _size(c.usage))
@@ -268,6 +270,7 @@ def choose_core(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) ->
             large.append(candidate)
         else:
             return candidate
+    # Of several obstacles the one that comes last is told: that core was nearest to being built.
     if large:
         raise _too_small(loaded, device, min((c.usage for c in large), key=_size))
     if slow:
@@ -282,6 +285,7 @@ def _faster(slow: Candidate) -> str:
     for device in DEVICES.values():
         if camera and ((board := board_of(device.name)) is None or board.camera is None):
             continue
+        # A clock that no tool has shown is no advice.
         other = replace(slow, device=device).with_pixels()
         if not (device.assumed or device.overflow(other.usage) or other.slow):
             return f"a lower rate, a smaller frame, or build.device = {device.name!r}"

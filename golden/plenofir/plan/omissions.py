@@ -100,6 +100,7 @@ def _stored(core: CoreConfiguration) -> CoreConfiguration | None:
     """The core with stored products in place of the division, if it can be built."""
     if core.sharpens or core.weighted or core.pixels_per_clock > 1:
         return None
+    # The ROM of products is addressed by a pixel and its guard bits, 16 bits at most.
     guard = min(_STORED.guard_bits, 16 - core.pixel_bits)
     arithmetic = _STORED.model_copy(update={"guard_bits": guard})
     return core.model_copy(update={"arithmetic": arithmetic})

@@ -40,6 +40,7 @@ def placed_beside_full(plan: Plan) -> BesideFull | None:
     """What is recorded of a plan; None if its core is none of a shipped scene."""
     if plan.scene not in {file.stem for file in scene_files()}:
         return None
+    # A user's scene may have a shipped one's name, and --device another core.
     if make_plan(load_scene(plan.scene)).core != plan.core:
         return None
     return recorded_beside_full(plan.scene)

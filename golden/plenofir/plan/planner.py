@@ -162,6 +162,7 @@ def _built_mhz(chosen: Candidate, needed: float | None) -> float:
         return chosen.camera.wanted_mhz
     if needed is not None:
         return needed
+    # Stills need no rate: the usual clock of video, or the slower one that the core keeps.
     return min(STILL_CLOCK_MHZ, chosen.core.kept_mhz(chosen.device) or STILL_CLOCK_MHZ)
 
 
@@ -216,6 +217,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
         chosen.camera.check_clock(where=str(loaded.path))
     slices = planned_slices(core, model)
     gaps = _gaps_of(loaded, slices)
+    # Beside the same board, sensor and screen, so that the core alone makes the difference.
     full = replace(chosen, core=full_core(core))
 
     def needs(blocks: Iterable[Block]) -> dict[str, int]:

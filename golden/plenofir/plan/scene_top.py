@@ -133,6 +133,7 @@ def _size(name: str, value: str) -> list[str]:
 def _sensor_instance(sensor: PlannedSensor) -> list[str]:
     generics = [f"      {name} => {_SENSOR}{name}" for name in sensor_generics(sensor)]
     row, column = (0, 0) if sensor.mosaic is None else red_place(sensor.mosaic)
+    # A built-in calibration is loaded after reset; the loader holds frames back until then.
     source = "raw" if sensor.calibrated else "s_axis"
     return [
         "  sensor : entity work.sensor_raster",
@@ -187,6 +188,7 @@ def _instance(
 
 
 def _stream_signals(name: str, data: str) -> list[str]:
+    # Names of signals are aligned as in the sources written by hand.
     width = max(len(name) + 7, 13)
     types = {"tvalid": "std_logic", "tready": "std_logic", "tdata": f"std_logic_vector({data})"}
     types |= {"tuser": "std_logic_vector(0 downto 0)", "tlast": "std_logic"}
@@ -207,6 +209,7 @@ def top_text(plan: Plan) -> str:
     pixel = raw = f"{pixels}CHANNELS * PIXEL_BITS - 1 downto 0"
     slices = f"{pixels}{len(core.shifts)} * CHANNELS * PIXEL_BITS - 1 downto 0"
     out = f"{pixels}{plan.screen.stack_pixel_bits(core)} - 1 downto 0" if stack else pixel
+    # A mosaic has one colour in each pixel; the resampler makes three of it.
     if sensor is not None and sensor.mosaic is not None:
         raw = "PIXEL_BITS - 1 downto 0"
     before = "mosaic and lenses, then " if sensor is not None else ""
@@ -220,6 +223,7 @@ def top_text(plan: Plan) -> str:
             *(_LOAD_SIGNALS if sensor.calibrated else []),
             *_stream_signals("raster", pixel),
         ]
+    # With a calibration that is loaded at run time the size of the raster is one of its facts.
     size = {name: name if loads else f"{name.upper()}_PORT" for name in ("columns", "rows")}
     one, none = {"slice": 'x"00"', "sweep": "'0'", "sweep_frames": 'x"00"'}, {"m_axis_tid": "open"}
     chosen = {name: name for name in (*one, *none)} if several else {**one, **none}

@@ -98,6 +98,7 @@ class ExactArithmetic(BaseModel):
         box = box_size(micro_image_size, asked, box)
         units = sharpening_units(sharpen, micro_image_size, asked, order, box=box)
         largest = self.largest_sum(box, 8 * raw.dtype.itemsize, order)
+        # Sharpening subtracts neighbours, so sums of both signs must fit.
         check_sums(largest * (taps(units).centre + 2 * taps(units).side) ** 2)
         sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order, box=box)
         divisor = box ** (2 * (order + 1))
@@ -147,6 +148,7 @@ class StoredProductArithmetic(BaseModel):
         return self
 
     def _products(self, micro_image_size: int, value_bits: int, scale_bits: int) -> Sums:
+        # The ROM's whole content: a product for each value of a pixel.
         values = np.arange(1 << value_bits, dtype=np.int64)
         return scaled_quotient(values, scale_bits, micro_image_size)
 
@@ -181,6 +183,7 @@ class StoredProductArithmetic(BaseModel):
             raise InputError("stored products cannot be sharpened; use exact sums", where="sharpen")
         check_align(align)
         pixel_bits = 8 * raw.dtype.itemsize
+        # Between the passes sums keep the guard bits; the last one drops them.
         middle_bits = pixel_bits + self.guard_bits
         drop_bits = self.fraction_bits - self.guard_bits
         passes = [(axis, s) for axis in (1, 0) for s in (shift, *[1] * order)]

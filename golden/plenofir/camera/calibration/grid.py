@@ -30,6 +30,7 @@ def lattice_coordinates(layout: Layout, stagger: int, t: Indices, s: Indices) ->
     """Lattice coordinates of lenses."""
     rows, columns = np.asarray(t, dtype=np.float64), np.asarray(s, dtype=np.float64)
     if layout == "hexagonal-rows":
+        # Every second row is half a lens further right; stagger tells which.
         columns = columns + 0.5 * ((np.asarray(t) + stagger) % 2)
     elif layout == "hexagonal-columns":
         rows = rows + 0.5 * ((np.asarray(s) + stagger) % 2)
@@ -80,6 +81,7 @@ class Grid(BaseModel):
         terms = len(exponents(self.order))
         if len(self.coefficients) != terms:
             raise ValueError(f"{len(self.coefficients)} coefficients, {terms} needed")
+        # Larger ones, from a damaged file, would overflow in powers of the polynomial.
         numbers = np.array([*self.middle, self.scale, *np.ravel(self.coefficients)])
         if not (np.abs(numbers) <= _LARGEST_NUMBER).all():
             raise ValueError(f"numbers must be finite and within {_LARGEST_NUMBER:g}")
@@ -116,6 +118,7 @@ class Grid(BaseModel):
         `lattice`: shape (..., 2). Result: [..., k, :] is the vector (y, x) of lattice coordinate k,
         shape (..., 2, 2).
         """
+        # Arguments near 1 keep the powers of high orders, and so the fit, well conditioned.
         p = (np.asarray(lattice, dtype=np.float64) - self.middle) / self.scale
         powers = exponents(self.order)
         zero = np.zeros(p.shape[:-1])

@@ -143,6 +143,7 @@ class LensSystem:
         count = len(self.curvatures)
         if not 0 <= first <= last < count:
             raise ValueError(f"section {first}..{last} of {count} surfaces")
+        # A part without the stop has none; the image distance is that behind the last surface.
         inside = self.stop is not None and first <= self.stop <= last
         return LensSystem(
             name=self.name,
@@ -180,6 +181,7 @@ class Prescription(BaseModel):
 
         Raises `InputError` if the wavelength is not positive, or a glass has no index there.
         """
+        # The last thickness is no gap between surfaces: it leads to the image plane.
         stops = [number for number, surface in enumerate(self.surfaces) if surface.stop]
         glasses = [AIR, *(surface.glass for surface in self.surfaces)]
         return LensSystem(

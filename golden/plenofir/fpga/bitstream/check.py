@@ -92,6 +92,7 @@ def _check_banks(
         first, other = supplies.setdefault(pin.bank, (volts, net))
         if first != volts:
             out.append(f"bank {pin.bank}: {other} needs {first} V, {net} {volts} V")
+        # Inputs of TMDS work in any bank; drivers are only in some.
         drives = ports.get(net, "in") != "in"
         if standard == "TMDS_33" and drives and pin.bank not in device().io.tmds_output_banks:
             out.append(f"{net}: bank {pin.bank} has no TMDS_33 drivers")
@@ -107,6 +108,7 @@ def _check_pairs(constraints: Constraints, located: Mapping[str, Pin]) -> list[s
             continue
         positive, is_p = re.subn(r"_p\b", "_n", net)
         if not is_p:
+            # The negative half is looked at with its positive one.
             if not re.search(r"_n\b", net):
                 out.append(f"{net}: a differential port ends in _p or _n")
             continue

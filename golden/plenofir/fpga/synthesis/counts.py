@@ -34,6 +34,7 @@ def count(
         writes=[report.name, netlist.name],
     )
     text = report.read_text()
+    # Yosys prints lines of its own before the JSON.
     cells = json.loads(text[text.index("{") :])["design"]["num_cells_by_type"]
     if family == "ecp5":
         # As before placement: those that block RAM has of its own.

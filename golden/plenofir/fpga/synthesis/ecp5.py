@@ -22,4 +22,5 @@ def check_tools() -> None:
 
 def ecp5_tool(name: str) -> str:
     """Command of a tool that lies beside Python's."""
+    # The wheels of YoWASP put their programs beside the interpreter, which need not be on the PATH.
     return shutil.which(name, path=str(Path(sys.executable).parent)) or name
