@@ -2,10 +2,11 @@
 """Groups of options: dataclasses whose fields a command takes as options of its own."""
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
+from fractions import Fraction
 from inspect import Parameter, Signature, signature
-from math import inf
+from math import ceil, floor, inf
 from typing import Any, get_type_hints
 
 from plenofir.commands import options
@@ -94,6 +95,22 @@ class Pupil:
             "tilt": tilt_of(self.tilt),
             "box": self.box,
         }
+
+    def words(self, m: int, settings: Iterable[Fraction]) -> list[str]:
+        """Lines that name the larger boxes of focus settings that cannot have the box asked for."""
+        from plenofir.refocus.operator import least_box
+
+        lines = []
+        for setting in settings if self.box else ():
+            shift = setting * m
+            # Between multiples of 1/M, the pictures before and after are mixed.
+            size = max(least_box(m, near, self.box) for near in {floor(shift), ceil(shift)})
+            if size != self.box:
+                lines.append(
+                    f"box: {size} in place of {self.box} at a = {setting}, the least that is a "
+                    "multiple of gcd(a M, M)"
+                )
+        return lines
 
     def refuse_beside(self, other: str) -> None:
         """Refuse both beside what takes all views, and planes."""

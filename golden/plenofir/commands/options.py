@@ -405,7 +405,8 @@ Box = Annotated[
     typer.Option(
         "--box",
         metavar="B",
-        help="Average B of the M views along a dimension, a multiple of gcd(a M, M); M by default.",
+        help="Average B of the M views along a dimension, or where that is no multiple of "
+        "gcd(a M, M), the next larger number that is one; M by default.",
         min=1,
     ),
 ]

@@ -136,7 +136,8 @@ def refocus_command(
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
     typer.echo(f"{out}: a = {setting_text(setting, m)}, {size}{sharpened}")
-    print_lines(look.words())
+    taken = () if exact or rectangle else (setting,)
+    print_lines(look.words(), *pupil.words(m, taken))
     warn_of_camera(model)
 
 
@@ -297,7 +298,7 @@ def stack(
         )
     model = model_of(camera.camera, camera.focus, m)
     look = look_for(raw, m, exposed.exposure or "auto", exposed.gamma)
-    lines = [f"{out}: {len(settings)} slices", look.words()]
+    lines = [f"{out}: {len(settings)} slices", look.words(), *pupil.words(m, settings)]
     with progress_bar("refocusing") as show, Results(Path(out)) as results:
         # Slices are made again where they are needed again: that takes less than keeping them.
         edge = border or ("zero" if extra.index else "normalise")

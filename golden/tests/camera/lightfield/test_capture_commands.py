@@ -232,6 +232,9 @@ def test_chain(capture: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert "sharpest: a = 2/5" in done.stdout
+    larger = [line for line in done.stdout.splitlines() if line.startswith("box: ")]
+    least = "the least that is a multiple of gcd(a M, M)"
+    assert larger == [f"box: 5 in place of 3 at a = {a}, {least}" for a in (0, 1)]
     names = sorted(p.name for p in (capture / "stack").iterdir())
     slices = ("1_a-1_5", "2_a0", "3_a1_5", "4_a2_5", "5_a3_5", "6_a4_5", "7_a1")
     assert names == sorted(
