@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid
 from plenofir.camera.calibration.types_of_lenses import LensTypes
-from plenofir.camera.resampling import Tables, grid_registers
+from plenofir.camera.resampling import Tables, grid_registers, tables_of
 from plenofir.camera.resampling.lines import ring_needs
 from plenofir.camera.synthetic import regular_grid
+from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
@@ -321,3 +322,26 @@ def test_too_large_for_a_board_is_refused_by_name(tmp_path, size, sensor, messag
         make_plan(load_scene(path))
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("device", ["lfe5u-85f", "lifcl-40", "xc6slx45", "xc7a35t", "xc7z020"])
+def test_scene_of_a_focused_camera(device: str) -> None:
+    """The example fits five devices; a calibration of such a camera fits its resampler."""
+    scene = load_scene(str(project.root() / "examples" / "focused-raw.toml"), device)
+    plan = make_plan(scene)
+    assert plan.device == device
+    assert plan.sensor is not None
+    assert plan.sensor.core.skewed
+    assert plan.core.slice_boxes == (2, 3, 4)
+    grid = regular_grid((900, 1200), 23.1, rotation_degrees=0.09, layout="hexagonal-rows")
+    types = LensTypes(pattern=(0, 1, 2), sharpest=(0.4, 0.35, 0.3))
+    calibration = calibration_of_grid(grid, (900, 1200)).model_copy(update={"lens_types": types})
+    registers, _ = grid_registers(calibration, 23)
+    check_fits(plan.sensor.core, registers, tables_of(calibration, registers))
+    assert all(
+        k <= n for k, n in zip(registers.raster_shape, (plan.rows, plan.columns), strict=True)
+    )
+    standard = calibration.model_copy(update={"lens_types": None})
+    registers, _ = grid_registers(standard, 23)
+    with pytest.raises(InputError, match="has hexagonal True, the resampler False"):
+        check_fits(plan.sensor.core, registers, tables_of(standard, registers))
