@@ -70,9 +70,10 @@ def fit_engine(kind: str, family: Family, cells: list[Cell], checked: Sequence[C
 
     The class of error is `CLASS`, or what cores are off that the weights were not fitted to.
     """
-    parts, memories, names = parts_of(family, [*cells, *checked])
+    parts, used, names = parts_of(family, [*cells, *checked])
+    memories = np.array(used)
     goals: Mapping[str, list[int]] = {
-        "lut": [u.lut - n for (_, _, u), n in zip((*cells, *checked), memories, strict=True)],
+        "lut": [u.lut - n for (_, _, u), n in zip((*cells, *checked), used, strict=True)],
         "flip_flops": [u.flip_flops for _, _, u in (*cells, *checked)],
     }
     tables: dict[str, dict[str, float]] = {}
@@ -82,7 +83,8 @@ def fit_engine(kind: str, family: Family, cells: list[Cell], checked: Sequence[C
         weights = least_worst((parts / goal[:, None])[:fitted])
         rounded = [float(f"{weight:.3g}") for weight in weights]
         tables[resource] = {n: w for n, w in zip(names, rounded, strict=True) if w}
-        errors = parts @ np.array(rounded) / goal - 1
+        whole = goal + (memories if resource == "lut" else 0)
+        errors = (parts @ np.array(rounded) - goal) / whole
         worst = int(np.abs(errors[:fitted]).argmax())
         within = max(within, float(np.abs(errors).max()))
         print(
