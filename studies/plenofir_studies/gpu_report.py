@@ -189,7 +189,7 @@ def write_report(
         print(line)
     if len(reasons) == len(parts):
         report.say("## Predicted, where no GPU is")
-        report.add(_predictions(keep))
+        report.add([*_predictions(keep), ""])
     report.say("## The question of the thesis")
     report.add(gpu_predicted.answer())
     return report.write()
@@ -200,9 +200,9 @@ def _predictions(keep: bool) -> list[str]:
     try:
         frames = gpu_predicted.predict()
     except ImportError as error:
-        return [f"Nothing: {missing(error.name or '').problem}.", ""]
+        return [f"Nothing: {missing(error.name or '').problem}."]
     except RuntimeError as error:
-        return [f"Nothing: NVIDIA's compiler fails ({error}).", ""]
+        return [f"Nothing: NVIDIA's compiler fails ({error})."]
     if keep:
         gpu_predicted.record(frames)
     return gpu_predicted.page(gpu_predicted.Recorded(machine=machine(), frames=frames))
