@@ -25,7 +25,7 @@ RECORDED = [
 def test_estimates_of_drawn_cores(family: Family, name: str) -> None:
     """Multipliers are exact, and block RAM; look-up tables and flip-flops within what is told.
 
-    With eight pixels a clock a Cyclone V has one M10K more, and 7 series are 16 % off.
+    With eight pixels a clock a Cyclone V has one M10K more, 7 series are 16 % off, ECP5 24 %.
     """
     found, core = load_record().counted[family][name].usage, CORES[name.split()[0]][name]
     usage = estimate(core.blocks, family)
@@ -33,7 +33,7 @@ def test_estimates_of_drawn_cores(family: Family, name: str) -> None:
     assert (usage.block_rams + more, usage.dsp) == (found.block_rams, found.dsp)
     assert usage.lut == pytest.approx(found.lut, rel=usage.within)
     assert usage.flip_flops == pytest.approx(found.flip_flops, rel=usage.within)
-    assert usage.within <= 0.161
+    assert usage.within <= {"ecp5": 0.241, "series7": 0.161}.get(family, 0.151)
 
 
 def test_drawn_cores_are_always_the_same_and_differ_by_seed() -> None:

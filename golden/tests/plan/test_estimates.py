@@ -37,10 +37,13 @@ from plenofir_studies.records import load_builds
 
 
 def check_logic(usage: Estimate, figures: Figures | Placed, name: str) -> None:
-    """Look-up tables and flip-flops are as near as the estimate says, 15 % at most."""
-    assert usage.within <= 0.151, name
-    assert usage.lut == pytest.approx(figures.lut, rel=usage.within), name
-    assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=usage.within), name
+    """Look-up tables and flip-flops are as near as the estimate says, 15 % at most.
+
+    The class of error may be larger: it is that of all cores, those of eight pixels a clock too.
+    """
+    within = min(usage.within, 0.151)
+    assert usage.lut == pytest.approx(figures.lut, rel=within), name
+    assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=within), name
 
 
 def test_estimates_against_synthesis() -> None:
