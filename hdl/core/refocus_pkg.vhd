@@ -94,6 +94,11 @@ package refocus_pkg is
     geometry : geometry_t
   ) return boolean;
 
+  -- Whether all boxes are M.
+  function boxes_of_m (
+    geometry : geometry_t
+  ) return boolean;
+
   -- The geometry of one pass: interpolation of order n appends n passes with the shift 1, each a moving sum of a box.
   -- Such a pass has one slice, or where boxes differ those of the set.
   function pass_geometry (
@@ -354,6 +359,15 @@ package body refocus_pkg is
     return false;
 
   end function boxes_differ;
+
+  function boxes_of_m (
+    geometry : geometry_t
+  ) return boolean is
+  begin
+
+    return largest_box(geometry) = geometry.micro_image_size and not boxes_differ(geometry);
+
+  end function boxes_of_m;
 
   function pass_geometry (
     geometry : geometry_t;

@@ -58,6 +58,9 @@ architecture rtl of moving_sum_control is
   constant REACHED : positive := reach(GEOMETRY);
   constant M       : positive := GEOMETRY.micro_image_size;
   constant SLICES  : positive := GEOMETRY.slices;
+  -- With boxes of M alone the pixel that leaves is of the phase that enters, M steps older: it is compared with counts
+  -- M steps back, and the table needs no second age.
+  constant BACK : natural := choose(boxes_of_m(GEOMETRY), M, 0);
   -- Steps from a pixel to the output of the same index.
   constant DELAY : natural := GEOMETRY.output_delay;
 
@@ -192,9 +195,12 @@ architecture rtl of moving_sum_control is
   signal out_ended_2    : count_t   := 0;
   signal out_first_2    : std_logic := '0';
   signal age_2          : count_t   := 0;
-  signal left_age_2     : count_t   := 0;
-  signal update_2       : std_logic := '0';
-  signal clear_2        : std_logic := '0';
+  -- The age of the pixel that leaves, and the counts that it is compared with, less BACK.
+  signal left_age_2   : count_t                            := 0;
+  signal left_count_2 : integer range -BACK to REACHED + 1 := -BACK;
+  signal left_ended_2 : integer range -BACK to REACHED + 1 := -BACK;
+  signal update_2     : std_logic                          := '0';
+  signal clear_2      : std_logic                          := '0';
 
 begin
 
@@ -302,9 +308,15 @@ begin
       ring.enter_phase_2 <= STEP_OF(row).phase;
       ring.leave_phase_2 <= STEP_OF(row).left_phase;
       age_2              <= STEP_OF(row).age;
-      left_age_2         <= STEP_OF(row).left_age;
-      update_2           <= to_logic(STEP_OF(row).begins = 2);
-      clear_2            <= to_logic(STEP_OF(row).clears = 2);
+      left_count_2       <= out_count - BACK;
+      left_ended_2       <= out_ended - BACK;
+      if BACK > 0 then
+        left_age_2 <= STEP_OF(row).age;
+      else
+        left_age_2 <= STEP_OF(row).left_age;
+      end if;
+      update_2 <= to_logic(STEP_OF(row).begins = 2);
+      clear_2  <= to_logic(STEP_OF(row).clears = 2);
     end if;
 
   end process look_up;
@@ -317,7 +329,7 @@ begin
       -- that places in memory always move alike.
       ring.moves_3 <= to_logic(age_2 <= out_count_2);
       age_3        <= age_2;
-      left_age_3   <= left_age_2;
+      left_age_3   <= left_age_2 + BACK;
 
       -- A pixel's index is the count less its age. The pixel counts if that is not before the line's begin
       -- (count) and not behind its end (ended).
@@ -325,7 +337,7 @@ begin
       (
         enter     => to_logic(age_2 <= out_count_2 and age_2 >= out_ended_2),
         enter_now => to_logic(age_2 = 0),
-        leave     => to_logic(left_age_2 <= out_count_2 and left_age_2 >= out_ended_2)
+        leave     => to_logic(left_age_2 <= left_count_2 and left_age_2 >= left_ended_2)
       );
 
       -- An output leaves while its index belongs to the line: up to DELAY steps behind the last pixel.
