@@ -34,17 +34,20 @@ async def commands_and_status(dut: Any) -> None:
     assert status["slices"] == (len(read_case()["shifts"]),)
     for name in ("present", "running", "tracking", "aligned", "following", "rate"):
         assert status[name] == (0,), name
+    own_mode = read_case()["own_mode"]
     # Both data channels are joined in the bench, so the monitor is the board itself.
-    # An EDID of 128 bytes takes 2.4 ms of this bench.
+    # An EDID of 128 bytes takes 2.4 ms of this bench. A board without an own mode has no data
+    # channel at its output.
     for _ in range(10):
         if status["monitor"][0]:
             break
         await Timer(500, "us")
         status = parse_status(await ask(dut, "?"))
-    assert status["monitor"] == (1,)
-    assert status["monitor_mode"] == tuple(read_case()["own_mode"])
-    assert status["monitor_ok"] == (0,)
-    assert status["edid"][0] >= 128
+    assert status["monitor"] == (int(own_mode is not None),)
+    if own_mode is not None:
+        assert status["monitor_mode"] == tuple(own_mode)
+        assert status["monitor_ok"] == (0,)
+        assert status["edid"][0] >= 128
     assert await ask(dut, "c") == "ok"
     mode = MODE_HDMI
     await bench.relock(mode, [], LIMITED_YCBCR)

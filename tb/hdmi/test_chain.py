@@ -75,7 +75,7 @@ BOARDS: dict[str, dict] = {
         "lock_us": 320,
         "delay_recovery_us": 320,
         "taps": (1, 30),
-        "own_mode": (1024, 768, 600),
+        "own_mode": None,
     },
     "pynqz2-slow": {
         "board": "pynqz2",
@@ -87,7 +87,7 @@ BOARDS: dict[str, dict] = {
         "lock_us": 700,
         "delay_recovery_us": 700,
         "taps": (0, 31),
-        "own_mode": (640, 480, 599),
+        "own_mode": None,
     },
 }
 
