@@ -230,7 +230,7 @@ FAMILIES: dict[Family, Facts] = {
         ),
         block_rams=(BlockRam(128, _18K),),
         lut_ram=_DPR16X4,
-        # Of products with a register behind them, as all here have; the narrowest included.
+        # Yosys counts these where a register follows the product, as all here have one.
         multipliers=(
             Multiplier((36, 36), (19, 19), 4),
             Multiplier((36, 18), (19, 2), 2),
