@@ -105,7 +105,7 @@ def set_to(module: str, name: str, factor: float) -> Iterator[Any]:
 
 
 def described(part: str) -> list[tuple[str, str, str, str]]:
-    """Of each constant: module of `camera`, name, meaning and unit, where its value comes from."""
+    """Module of `camera`, name, meaning, unit and origin of each constant."""
     content = tomllib.loads(DESCRIPTIONS.read_text())[part]
     return [
         (module, name, *texts) for module, names in content.items() for name, texts in names.items()

@@ -165,7 +165,7 @@ class Kernel:
             elif name in ("ld", "st"):
                 self._moved(each, parameters, values, memory)
             elif name in _OPAQUE:
-                # Of a warp's threads that vote at a barrier, this one decides.
+                # This one of a warp's threads that vote at a barrier decides.
                 votes = each.operation[:2] == ["bar", "red"]
                 values[each.operands[0]] = self._value(each.operands[-1], values) if votes else 0
             else:

@@ -270,7 +270,7 @@ def choose_core(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) ->
             large.append(candidate)
         else:
             return candidate
-    # Of several obstacles the one that comes last is told: that core was nearest to being built.
+    # The obstacle that comes last is told, because that core was nearest to being built.
     if large:
         raise _too_small(loaded, device, min((c.usage for c in large), key=_size))
     if slow:

@@ -246,24 +246,9 @@ def _pictures(raw: Image, settings: Settings, notes: list[str]) -> Iterator[Imag
     if not settings.gpu:
         yield from (settings.refocused(raw, a) for a in settings.a)
         return
-    from plenofir.refocus.gpu.frames import reason, to_gpu, to_host
+    from plenofir.refocus.gpu.frames import gpu_pictures
 
-    # Only the run itself tells, once for all of its workers.
-    before, compiling.tell = compiling.tell, notes.append
-    try:
-        there = to_gpu(raw)
-        for a in settings.a:
-            try:
-                picture = to_host(settings.refocused(there, a))
-            except Exception as failure:
-                if there is raw:
-                    raise
-                compiling.hindered("gpu", f"the processor refocuses, not a GPU ({reason(failure)})")
-                there = raw
-                picture = settings.refocused(raw, a)
-            yield picture
-    finally:
-        compiling.tell = before
+    yield from gpu_pictures(raw, settings.a, settings.refocused, notes)
 
 
 def worker_count(scheduler: str, workers: int | None) -> int:

@@ -48,7 +48,7 @@ _UNLIT_NEIGHBOURS = 3
 # In pitches: it takes noise away, and leaves gaps between micro images dark.
 _SMOOTH = 0.06
 # Rounds before the last one only tell where the next one looks: a random part of the lenses does.
-_ENOUGH_LENSES = 2000
+_ENOUGH_LENSES = 4000
 MANY_LENSES = 400
 # Micro images of more pixels are located by their borders, unless they are spots: those have a
 # share of 0.9 or more, discs up to 0.3, those with a soft or sloped middle up to 0.5. Number of

@@ -19,8 +19,8 @@ _BESIDE, _APART = 12, 8
 # Lines processed at once.
 _LINES = 512
 # Swings of splines count from half of the range of four lenses on, in full from all of it; those
-# beyond 16 lenses count in full from a twentieth of their range on.
-_SWINGS, _BEYOND = 2.0, 20.0
+# beyond 16 lenses count in full from a fortieth of their range on.
+_SWINGS, _BEYOND = 2.0, 40.0
 # Steps from a place in the picture to that in the central view, for even M.
 _STEPS = 3
 
@@ -160,7 +160,7 @@ class Cubics:
             slopes = np.sign(before) * np.clip(np.sign(before) * slopes, 0, steepest)
         first, second = slopes[:-1], slopes[1:]
         bends = (3 * steps - 2 * first - second, first + second - 2 * steps)
-        # Of each line, the coefficients of the cubic to the next.
+        # The coefficients of the cubic from each line to the next.
         self._terms = [np.zeros_like(flat) for _ in range(4)]
         for term, values in zip(self._terms, (flat, first, *bends), strict=True):
             term[: len(values)] = values

@@ -231,10 +231,10 @@ def grid_registers(
     if not used.any():
         raise InputError("no whole micro image lies in the image", where=where)
     centres = grid.positions(lattice)
-    if min(used.any(axis=1).sum(), used.any(axis=0).sum()) > 1:
-        first, down, right = _affine((lattice - lattice[0, 0])[used], centres[used])
-    else:
-        first, (down, right) = centres[0, 0], grid.jacobian(lattice[0, 0])
+    first, down, right = _affine((lattice - lattice[0, 0])[used], centres[used]) or (
+        centres[0, 0],
+        *grid.jacobian(lattice[0, 0]),
+    )
     # Parity of the rows that begin half a pitch farther to the right.
     moved = [0.0, 0.0]
     if layout == "hexagonal-rows":
@@ -292,11 +292,14 @@ def grid_registers(
     return placed, Accuracy(distortion_px=distortion, rounding_px=rounding, turn_px=float(corner))
 
 
-def _affine(lattice: Floats, centres: Floats) -> tuple[Floats, Floats, Floats]:
-    """Affine grid next to centres, shape (lenses, 2): position of the first, down and right."""
+def _affine(lattice: Floats, centres: Floats) -> tuple[Floats, Floats, Floats] | None:
+    """Affine grid next to centres, shape (lenses, 2): position of the first, down and right.
+
+    None if all lie on a line, which says nothing of the direction across.
+    """
     terms = np.column_stack([np.ones(len(lattice)), lattice])
-    solution = np.linalg.lstsq(terms, centres, rcond=None)[0]
-    return solution[0], solution[1], solution[2]
+    solution, _, rank, _ = np.linalg.lstsq(terms, centres, rcond=None)
+    return (solution[0], solution[1], solution[2]) if rank == 3 else None
 
 
 def _rounded(vector: Floats) -> Vector:

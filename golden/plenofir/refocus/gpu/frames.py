@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames between the host's memory and a GPU's, by CuPy or PyTorch."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,34 @@ def to_gpu(raw: Image) -> Any:
             reasons.append(f"{library}: {reason(failure)}")
     compiling.hindered("gpu", f"the processor refocuses, not a GPU ({'; '.join(reasons)})")
     return raw
+
+
+def gpu_pictures(
+    raw: Image,
+    focus: Iterable[Fraction],
+    refocused: Callable[[Any, Fraction], Any],
+    notes: list[str],
+) -> Iterator[Image]:
+    """Pictures of a frame, made on a GPU; `notes` get why the processor made some.
+
+    `refocused` makes one of an array on the GPU, or of the image itself, for a focus setting.
+    """
+    # Only the run itself tells, once for all of its workers.
+    before, compiling.tell = compiling.tell, notes.append
+    try:
+        there = to_gpu(raw)
+        for a in focus:
+            try:
+                picture = to_host(refocused(there, a))
+            except Exception as failure:
+                if there is raw:
+                    raise
+                compiling.hindered("gpu", f"the processor refocuses, not a GPU ({reason(failure)})")
+                there = raw
+                picture = refocused(raw, a)
+            yield picture
+    finally:
+        compiling.tell = before
 
 
 def to_host(array: Any) -> Image:

@@ -118,7 +118,9 @@ __device__ inline Pixel quotient(LineSum sum, LineSum weight)
     } else {
         // Exact for numbers of 31 bits (Granlund and Montgomery, 1994): the compiler, which does not know that there is
         // no sign, takes two instructions more.
-        constexpr unsigned inverse = ((1ull << (31 + WHOLE_BITS)) + WHOLE - 1) / WHOLE;
+        // Compilers check this branch for wide sums too, where a shift by 64 bits would be an error.
+        constexpr int bits = sizeof(LineSum) == 8 ? 0 : WHOLE_BITS;
+        constexpr unsigned inverse = ((1ull << (31 + bits)) + WHOLE - 1) / WHOLE;
         result = unsigned(unsigned(sum + WHOLE / 2) * (unsigned long long)inverse >> 32) >> (WHOLE_BITS - 1);
     }
     // Only sharpened sums exceed what pixels have.

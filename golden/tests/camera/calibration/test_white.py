@@ -173,10 +173,10 @@ def test_windows_follow_the_smallest_cell() -> None:
 
 
 def test_enough_lenses() -> None:
-    assert enough(2000) == slice(None)
-    some = enough(2001)
-    assert len(np.unique(some)) == len(some) == 2000
-    assert some.max() <= 2000
+    assert enough(4000) == slice(None)
+    some = enough(4001)
+    assert len(np.unique(some)) == len(some) == 4000
+    assert some.max() <= 4000
 
 
 def test_centres_are_corrected_by_what_measuring_drawn_ones_shows() -> None:
