@@ -40,6 +40,8 @@ KINDS = [
     (slice_of(11, 7, pixel_bits=16), 60_000),
     (slice_of(1, 1, units=16), 3_000),
     (slice_of(34, 9), 20_000),
+    # A weight of more than 33 bits.
+    (slice_of(9, 4, order=3, units=4), 20_000),
 ]
 
 
