@@ -192,12 +192,19 @@ def test_lenses_on_a_line_do_not_turn_the_grid() -> None:
     """In a narrow frame the whole micro images of a focused camera stand one below the other."""
     shape, pitch = (114, 32), 22.94
     types = LensTypes(pattern=(0,), sharpest=(0.4,))
+    followed = 0
     for offset in [(float(y), float(x)) for y in range(0, 20, 5) for x in range(0, 20, 5)]:
         grid = regular_grid(shape, pitch, layout="hexagonal-rows", offset=offset)
         calibration = calibration_of_grid(grid, shape).model_copy(update={"lens_types": types})
-        registers, _ = grid_registers(calibration, 9)
+        try:
+            registers, _ = grid_registers(calibration, 9)
+        except InputError:
+            # Too high a frame for its width.
+            continue
         down = np.array(registers.down) / 2**registers.precision.fraction_bits
         assert down[:, 0] == pytest.approx(pitch * 3**0.5 / 2, abs=1e-3)
+        followed += 1
+    assert followed > 4
 
 
 def test_grids_that_the_chip_cannot_follow_are_refused() -> None:
