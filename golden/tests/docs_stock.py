@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The files that the commands of the documentation name, small ones."""
 
+import shutil
 import tarfile
 from pathlib import Path
 
+import cv2
+import h5py
 import numpy as np
+from drawn_views import fourier
 from focused_scenes import RAYTRIX_XML, scene
 from lytro_writer import F01, ILLUM, changed, write_capture, write_whites
 from scipy.io import savemat
@@ -32,12 +36,18 @@ def _capture(folder: Path, rng: np.random.Generator) -> None:
     plane = TexturedPlane(np.kron(rng.random((9, 11)), np.ones((8, 8))), 1500.0, width)
     taken = render(model, [plane], LENSES, dark_level=0.02, bits=8)
     dark = np.full(taken.raw.shape, 5, np.uint8)
-    for name, image in (("raw", taken.raw), ("white", taken.white), ("dark", dark)):
+    for name, image in (
+        ("raw", taken.raw),
+        ("capture", taken.raw),
+        ("white", taken.white),
+        ("dark", dark),
+    ):
         imwrite(folder / f"{name}.tif", image)
         write_png(folder / f"{name}.png", image)
     rows, columns = taken.raw.shape
     (folder / "scene.toml").write_text(SCENE.format(columns, rows))
     write_png(folder / "capture.png", taken.raw)
+    imwrite(folder / "fourier.tif", fourier(3, 3, hexagonal=False))
     imwrite(folder / "white-reversed.tif", taken.white)
     star = np.full(taken.raw.shape, 3, np.uint8)
     for y, x in np.rint(taken.grid.centres(*np.indices(LENSES))).reshape(-1, 2).astype(int):
@@ -56,6 +66,15 @@ def _focused(folder: Path) -> None:
     write_png(folder / "texture-white.png", taken.white)
     facts = {"x": 0, "y": 0, "diameter": 23, "rotation": 0, "distortion": 0}
     (folder / "raytrix.xml").write_text(RAYTRIX_XML.format(**facts))
+
+
+def _film(file: Path, frames: list[np.ndarray]) -> None:
+    """A film of RGB frames."""
+    rows, columns = frames[0].shape[:2]
+    film = cv2.VideoWriter(str(file), cv2.VideoWriter_fourcc(*"mp4v"), 25, (columns, rows))
+    for frame in frames:
+        film.write(np.ascontiguousarray(frame[..., ::-1]))
+    film.release()
 
 
 SCENE = """name = "own"
@@ -106,9 +125,17 @@ def make_docs_stock(folder: Path) -> None:
             write_png(folder / name / f"view_{v:02}_{u:02}.png", picture[v::11, u::11])
     field = np.stack([np.stack([picture[v::9, u::9] for u in range(9)]) for v in range(9)])
     savemat(folder / "field.mat", {"LF": field})
+    with h5py.File(folder / "field.h5", "w") as container:
+        container["LF"] = field
+    shutil.make_archive(str(folder / "views"), "zip", folder / "folder-of-views")
     flower = read_image(project.DATA / "flower_5x5.png")
     views = [np.hstack([flower[v::5, u::5] for u in range(5)]) for v in range(5)]
     write_png(folder / "mosaic.png", np.vstack(views))
+    # A quilt begins with its bottom row.
+    line = [np.roll(flower[2::5, 2::5], n, axis=1) for n in range(48)]
+    _film(folder / "film.mp4", line)
+    quilt = np.vstack([np.hstack(line[n : n + 8]) for n in range(40, -1, -8)])
+    write_png(folder / "NAME_qs8x6a0.75.png", quilt)
     write_png(folder / "picture_eslf.png", np.tile(picture, (2, 2))[: 14 * 12, : 14 * 13])
     (folder / "my-camera.toml").write_text((CAMERAS / "f193-mla2.toml").read_text())
     (folder / "prescription.csv").write_text((project.DATA / "lenses" / "f100.csv").read_text())

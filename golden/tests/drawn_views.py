@@ -45,3 +45,26 @@ def snr(found: np.ndarray, true: np.ndarray) -> float:
     """Peak signal to noise ratio of 8 bit in dB."""
     error = float(((found.astype(float) - true) ** 2).mean())
     return float(10 * np.log10(255**2 / max(error, 1e-9)))
+
+
+def fourier(rows: int, columns: int, hexagonal: bool) -> np.ndarray:
+    """Round pictures of points at several depths, dark between."""
+    rng = np.random.default_rng(5)
+    pitch, radius = 130, 56
+    size = rows * pitch, columns * pitch
+    y, x = np.mgrid[: size[0], : size[1]].astype(float)
+    points = rng.uniform(-40, 40, (50, 2))
+    depths = rng.uniform(-1, 1, 50)
+    image = np.zeros(size)
+    for v, u in np.ndindex(rows, columns):
+        aside = 0.5 * pitch * (hexagonal and v % 2)
+        cy, cx = (v + 0.5) * pitch - 0.5, (u + 0.5) * pitch + aside - 0.5
+        if cx + radius > size[1]:
+            continue
+        seen = np.full(size, 0.08)
+        for (py, px), depth in zip(points, depths, strict=True):
+            down, right = (v - rows // 2), (u - columns // 2)
+            away = (y - cy - py + depth * down) ** 2 + (x - cx - px + depth * right) ** 2
+            seen += 0.8 * np.exp(-away / 12)
+        image = np.where(np.hypot(y - cy, x - cx) < radius, seen, image)
+    return np.rint(np.clip(image, 0, 1) * 65535).astype(np.uint16)

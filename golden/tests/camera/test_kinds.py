@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 import tifffile
-from drawn_views import drawn, snr, texture
+from drawn_views import drawn, fourier, snr, texture
 from in_process import plenofir
 from PIL import Image as Pillow
 from scipy.io import savemat
@@ -319,29 +319,6 @@ def test_quilts_with_views_between(tmp_path: Path) -> None:
     views = source.all_views().pixels
     assert min(snr(views[0, n], fine[0, n]) for n in range(66)) > 28
     assert (views[0, 0] == drawn(1, 5)[0][0, 0]).all()
-
-
-def fourier(rows: int, columns: int, hexagonal: bool) -> np.ndarray:
-    """Round pictures of points at several depths, dark between."""
-    rng = np.random.default_rng(5)
-    pitch, radius = 130, 56
-    size = rows * pitch, columns * pitch
-    y, x = np.mgrid[: size[0], : size[1]].astype(float)
-    points = rng.uniform(-40, 40, (50, 2))
-    depths = rng.uniform(-1, 1, 50)
-    image = np.zeros(size)
-    for v, u in np.ndindex(rows, columns):
-        aside = 0.5 * pitch * (hexagonal and v % 2)
-        cy, cx = (v + 0.5) * pitch - 0.5, (u + 0.5) * pitch + aside - 0.5
-        if cx + radius > size[1]:
-            continue
-        seen = np.full(size, 0.08)
-        for (py, px), depth in zip(points, depths, strict=True):
-            down, right = (v - rows // 2), (u - columns // 2)
-            away = (y - cy - py + depth * down) ** 2 + (x - cx - px + depth * right) ** 2
-            seen += 0.8 * np.exp(-away / 12)
-        image = np.where(np.hypot(y - cy, x - cx) < radius, seen, image)
-    return np.rint(np.clip(image, 0, 1) * 65535).astype(np.uint16)
 
 
 def test_fourier_light_field_microscope(tmp_path: Path) -> None:

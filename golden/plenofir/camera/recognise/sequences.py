@@ -124,6 +124,9 @@ def _direction(levels: list[Floats], change: Floats) -> int | None:
     mean_slopes = np.array([_mean(a * change) for a in slopes])
     eased = power + 1e-3 * float(np.trace(power.mean(axis=(2, 3)))) * np.eye(2)[:, :, None, None]
     whole = float((change**2).sum())
+    # Pictures that are equal, or without texture, tell no motion.
+    if not whole or not power.any():
+        return None
     moves = [np.zeros_like(mean_slopes) for _ in range(3)]
     for axis in (0, 1):
         moves[axis][axis] = mean_slopes[axis] / eased[axis, axis]

@@ -55,6 +55,10 @@ def test_what_is_no_parallax_has_no_layout() -> None:
     assert sequence_layout([one.astype(np.uint8) for one in noisy]) is None
     others = [np.rint(255 * texture(x, y, seed)).astype(np.uint8) for seed in range(9)]
     assert sequence_layout(others) is None
+    # Steps that tell no motion: equal pictures, and pictures of one level.
+    black, white = (np.full((48, 64), level, np.uint8) for level in (0, 255))
+    for frames in ([*others[:1] * 2, *others], [black, white, black], [black, black, *others]):
+        assert sequence_layout(frames) is None
 
 
 @pytest.mark.parametrize(("rows", "columns"), [(1, 9), (9, 1), (3, 5)])
