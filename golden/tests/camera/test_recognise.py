@@ -12,7 +12,7 @@ from PIL import Image as PillowImage
 from skimage import data
 
 from kinds_by_commands import USES, table
-from plenofir.camera.calibration import calibration_of_grid
+from plenofir.camera.calibration import calibration_of_grid, decode
 from plenofir.camera.calibration.grid import Layout
 from plenofir.camera.lightfield import views
 from plenofir.camera.lightfield.exports import encode_pfm, mosaic
@@ -189,3 +189,14 @@ def test_folders_of_frames(tmp_path: Path) -> None:
     assert (found.kind, found.micro_image_size) == ("folder of pictures", 5)
     assert "4 pictures; the first of them, frame_0.png: aligned raster" in found.findings[0][1]
     assert found.advice == (f"plenofir batch '{tmp_path}/*.png' -M 5 -a 0",)
+
+
+def test_rows_of_micro_images_are_no_line_of_views() -> None:
+    """Two rows of lenses are alike along a picture, but joints divide them, on both axes."""
+    rng = np.random.default_rng(24)
+    model = RayModel.focused(load_camera("f197-mla2"), inf, 11)
+    width = field_of_view(model, 1500.0, 1.3 * 27)
+    plane = TexturedPlane(np.kron(rng.random((9, 11)), np.ones((8, 8))), 1500.0, width)
+    taken = render(model, [plane], (22, 27), dark_level=0.02, bits=8)
+    aligned = decode(taken.raw, calibration_of_grid(taken.grid, taken.raw.shape), 11)
+    assert recognise_picture(Picture(aligned, 255), "aligned.png").kind != "mosaic of views"

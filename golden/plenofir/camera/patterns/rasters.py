@@ -7,6 +7,7 @@ have those of rows. In a mosaic of views, the parts look alike and meet in joint
 """
 
 from dataclasses import dataclass
+from math import gcd
 
 import numpy as np
 from scipy import fft, ndimage
@@ -189,10 +190,22 @@ def find_mosaic(grey: Image32) -> Mosaic | None:
         counts.append(count or 1)
         if count is not None:
             alike.append(parts[count])
-    if max(counts) < (2 if min(counts) > 1 else _FEWEST_IN_LINE):
+    if max(counts) < (2 if min(counts) > 1 else _FEWEST_IN_LINE) or _has_tiles(grey, counts):
         return None
     joints = [_joints(grey, count, axis) for axis, count in enumerate(counts) if count > 1]
     return Mosaic(counts[0], counts[1], min(alike), min(joints))
+
+
+def _has_tiles(grey: Image32, counts: list[int]) -> bool:
+    """Whether joints divide the parts of a picture too, alike on both axes: micro images."""
+    sides = [n // count for n, count in zip(grey.shape, counts, strict=True) if count > 1]
+    common = gcd(*grey.shape, *sides)
+    return any(
+        common % tile == 0
+        and all(_joints(grey, grey.shape[k] // tile, k, counts[k]) > _JOINT for k in (0, 1))
+        for tile in range(3, common + 1)
+        if tile < min(sides)
+    )
 
 
 def _alike_parts(
@@ -215,10 +228,13 @@ def _alike_parts(
     return shares
 
 
-def _joints(grey: Image32, count: int, axis: int) -> float:
-    """Differences at the joints of parts, as a multiple of those elsewhere."""
+def _joints(grey: Image32, count: int, axis: int, within: int = 1) -> float:
+    """Differences at the joints of parts, as a multiple of those elsewhere.
+
+    `within`: a number of larger parts, the joints of which count as neither.
+    """
     lines = _differences(grey, axis)
-    side = grey.shape[axis] // count
-    at = np.arange(1, count) * side - 1
-    others = np.delete(lines, at)
+    at, larger = (np.arange(1, n) * (grey.shape[axis] // n) - 1 for n in (count, within))
+    others = np.delete(lines, np.union1d(at, larger))
+    at = np.setdiff1d(at, larger)
     return float(np.median(lines[at]) / max(float(np.median(others)), 1e-9))
