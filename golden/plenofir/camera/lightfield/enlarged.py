@@ -175,7 +175,7 @@ class Cubics:
         for term in self._terms[2::-1]:
             result *= share
             result += term[line]
-        return np.asarray(result.reshape(-1, *self._shape[1:]))
+        return np.asarray(result.reshape(len(places), *self._shape[1:]))
 
 
 def ringing(view: Floats) -> Floats:

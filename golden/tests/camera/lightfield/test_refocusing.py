@@ -249,6 +249,13 @@ def test_all_in_focus_has_no_squares_beside_a_bright_disc(m: int) -> None:
         assert (steps[:, 1:-1] - np.maximum(steps[:, :-2], steps[:, 2:])).max() < 5
 
 
+@pytest.mark.parametrize("m", [3, 4])
+@pytest.mark.parametrize("lenses", [(1, 1), (1, 9), (9, 1), (2, 2)])
+def test_all_in_focus_of_few_lenses(m: int, lenses: tuple[int, int]) -> None:
+    raw = np.full((lenses[0] * m, lenses[1] * m, 3), 90, np.uint8)
+    assert np.array_equal(all_in_focus(raw, m, np.zeros(lenses)), raw)
+
+
 @given(st.integers(1, 9), st.integers(0, 2**32 - 1))
 def test_even_cubics_stay_between_lines_and_meet_in_them(count: int, seed: int) -> None:
     lines = np.random.default_rng(seed).normal(0, 1, (count, 3))
