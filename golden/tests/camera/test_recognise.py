@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results of inspect for pictures of known kind."""
 
+import io
 import re
 from math import inf
 from pathlib import Path
@@ -200,3 +201,13 @@ def test_rows_of_micro_images_are_no_line_of_views() -> None:
     taken = render(model, [plane], (22, 27), dark_level=0.02, bits=8)
     aligned = decode(taken.raw, calibration_of_grid(taken.grid, taken.raw.shape), 11)
     assert recognise_picture(Picture(aligned, 255), "aligned.png").kind != "mosaic of views"
+
+
+def test_blocks_of_a_jpeg_do_not_hide_views() -> None:
+    """A coarse JPEG has joints of its own on both axes, here with 8 pixels in views of 160."""
+    coarse = io.BytesIO()
+    picture = mosaic(views(read_image(DATA / "flower_5x5.png"), 5))
+    PillowImage.fromarray(picture).save(coarse, "JPEG", quality=15)
+    pixels = np.asarray(PillowImage.open(coarse))
+    kind = recognise_picture(Picture(pixels, 255), "x.jpg", is_jpeg=True).kind
+    assert kind == "mosaic of views"

@@ -197,14 +197,17 @@ def find_mosaic(grey: Image32) -> Mosaic | None:
 
 
 def _has_tiles(grey: Image32, counts: list[int]) -> bool:
-    """Whether joints divide the parts of a picture too, alike on both axes: micro images."""
+    """Whether joints divide the parts of a picture too, alike on both axes: micro images.
+
+    Blocks of a JPEG divide parts too, and do not count.
+    """
     sides = [n // count for n, count in zip(grey.shape, counts, strict=True) if count > 1]
     common = gcd(*grey.shape, *sides)
+    most = min(common, min(sides) - 1, MAX_MICRO_IMAGE)
+    tiles = {tile for tile in range(3, most + 1) if common % tile == 0}
     return any(
-        common % tile == 0
-        and all(_joints(grey, grey.shape[k] // tile, k, counts[k]) > _JOINT for k in (0, 1))
-        for tile in range(3, common + 1)
-        if tile < min(sides)
+        all(_joints(grey, grey.shape[k] // tile, k, counts[k]) > _JOINT for k in (0, 1))
+        for tile in tiles - _BLOCKS_OF_JPEG
     )
 
 
