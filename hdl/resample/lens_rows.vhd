@@ -5,10 +5,9 @@
 --
 -- Line v of lens row t needs the raw lines from floor(y + v line) + reach_up to floor(y + v line) + reach_down + 1,
 -- mirrored at the borders; y is the position of the row's first lens, line the step from line to line: one raw line,
--- or with SKEWED a register. The ring keeps raw lines from the first one that this or a
--- later line needs. A frame is abandoned with a fault if its grid needs more lines than the ring has or has no lens, or
--- if the frame has a single line or column or more than 8192 lines. The rest of a frame that was cut short is abandoned
--- too.
+-- or with SKEWED a register. The ring keeps raw lines from the first one that this or a later line needs. A frame is
+-- abandoned with a fault if its grid needs more lines than the ring has or has no lens, or if the frame has a single
+-- line or column or more than 8192 lines. The rest of a frame that was cut short is abandoned too.
 --
 -- Latency: REGISTER_COUNT + 9 clocks from a frame that waits to the offer of its first line; 5 clocks from line to
 -- line.

@@ -2,7 +2,8 @@
 """Axes of a grid along which its lenses stand one pitch apart: two, 60 degrees apart if hexagonal.
 
 A raster of micro images along these axes has a place (row, column) for each lens, though hexagonal
-rows are half a pitch aside of each other: lens (row, column) stands at C + row a_1 + column a_2.
+rows are half a pitch aside of each other: lens (row, column) stands at C + row a_1 + column a_2,
+with `plenofir.camera.calibration.lattice.primitive_vectors` as a_1 and a_2.
 """
 
 import numpy as np
@@ -19,16 +20,6 @@ DIMMEST = 0.6
 def reach_of(grid: Grid) -> float:
     """Radius within which pixels of a focused camera's micro image count, in pixels."""
     return grid.lens_pitch / 2 - RIM
-
-
-def axes_of(grid: Grid) -> Floats:
-    """Pixel vectors (y, x) to the next lens along both axes, down and right, shape (2, 2)."""
-    down, right = grid.vectors
-    if grid.layout == "hexagonal-rows":
-        down = down + right / 2
-    elif grid.layout == "hexagonal-columns":
-        right = right + down / 2
-    return np.array([down, right])
 
 
 def along_axes(grid: Grid, row: npt.ArrayLike, column: npt.ArrayLike) -> Floats:

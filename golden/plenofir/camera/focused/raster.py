@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from plenofir.camera.calibration.axes import along_axes, axes_of, extent_along, lenses_along
+from plenofir.camera.calibration.axes import along_axes, extent_along, lenses_along
 from plenofir.camera.calibration.grid import Floats
+from plenofir.camera.calibration.lattice import primitive_vectors
 from plenofir.camera.focused.capture import FocusedCapture
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
@@ -72,7 +73,7 @@ def focused_raster(capture: FocusedCapture, micro_image_size: int | None = None)
     assert types is not None
     first, counts = extent_along(grid, capture.light.shape)
     centre = (m - 1) / 2
-    axes = axes_of(grid)
+    axes = primitive_vectors(grid)
     picture = np.zeros((counts[0] * m, counts[1] * m, capture.pixels.shape[2]), np.float32)
     lenses = np.zeros(picture.shape[:2], np.uint8)
     inner = np.where(capture.light > 0, capture.light, 0)

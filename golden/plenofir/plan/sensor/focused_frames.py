@@ -7,14 +7,15 @@ import numpy.typing as npt
 from plenofir.camera.calibration import Calibration
 from plenofir.camera.captures.prepare import Prepared
 from plenofir.camera.focused import focused_capture, focused_raster
+from plenofir.camera.focused.capture import STEP
 from plenofir.camera.focused.raster import straightened
 from plenofir.camera.resampling import GridRegisters, Tables, lit_pixels
 from plenofir.ground.images import Picture
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 
-STEP = 2
-"""Pixels of the capture for one of an upright picture."""
+# Share of the light below which a pixel is black.
+_LEAST = 0.05
 
 
 def difference_from_software(
@@ -53,7 +54,3 @@ def upright(
     values = np.where(straight[..., -1:] > _LEAST, values, 0)
     levels = np.clip(np.floor(values + 0.5), 0, full_scale).astype(refocused.dtype)
     return levels if refocused.ndim > 2 else levels[..., 0]
-
-
-# Share of the light below which a pixel is black.
-_LEAST = 0.05
