@@ -90,18 +90,18 @@ def changed(kept: Any, factor: float) -> Any:
 def set_to(module: str, name: str, factor: float) -> Iterator[Any]:
     """Within the block a constant of a module of `camera`, and what imports it, is changed."""
     users = [import_module(f"{camera.__name__}.{module}")]
-    kept = getattr(users[0], name)
+    as_it_is = getattr(users[0], name)
     if not name.startswith("_"):
         loaded = [one for path, one in sys.modules.items() if path.startswith(camera.__name__)]
-        users = [one for one in loaded if getattr(one, name, None) is kept]
-    value = changed(kept, factor)
+        users = [one for one in loaded if getattr(one, name, None) is as_it_is]
+    value = changed(as_it_is, factor)
     for user in users:
         setattr(user, name, value)
     try:
         yield value
     finally:
         for user in users:
-            setattr(user, name, kept)
+            setattr(user, name, as_it_is)
 
 
 def described(part: str) -> list[tuple[str, str, str, str]]:

@@ -136,8 +136,8 @@ def refocus_command(
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
     typer.echo(f"{out}: a = {setting_text(setting, m)}, {size}{sharpened}")
-    taken = () if exact or rectangle else (setting,)
-    print_lines(look.words(), *pupil.words(m, taken))
+    of_best = () if exact or rectangle else (setting,)
+    print_lines(look.words(), *pupil.words(m, of_best))
     warn_of_camera(model)
 
 

@@ -168,9 +168,9 @@ def _built_mhz(chosen: Candidate, needed: float | None) -> float:
 
 def _box_notes(loaded: LoadedScene, slices: Iterable[PlannedSlice]) -> Iterator[str]:
     """Notes on slices that do not resolve what the scene wants."""
-    wanted = loaded.scene.build.resolution
+    resolution = loaded.scene.build.resolution
     for part in slices:
-        if wanted is not None and part.half_contrast < wanted:
+        if resolution is not None and part.half_contrast < resolution:
             views = gcd(part.shift, loaded.scene.camera.micro_image_size)
             yield (
                 f"a = {part.a} resolves {part.half_contrast:.3f} cycles a micro lens at most"

@@ -129,21 +129,21 @@ def _possible(shifts: tuple[int, ...], loaded: LoadedScene) -> dict[int, Quality
 
 def _best(possible: dict[int, Quality], build: SceneBuild, path: str) -> int:
     """The box that suits a scene's wishes best."""
-    wanted, allowed = build.resolution or 0.0, build.noise or inf
-    resolved = [b for b, q in possible.items() if q.half_contrast >= wanted] or [min(possible)]
-    quiet = [b for b, q in possible.items() if q.noise <= allowed * _AS_QUIET]
+    resolution, most_noise = build.resolution or 0.0, build.noise or inf
+    resolved = [b for b, q in possible.items() if q.half_contrast >= resolution] or [min(possible)]
+    quiet = [b for b, q in possible.items() if q.noise <= most_noise * _AS_QUIET]
     if not quiet:
         raise InputError(
-            f"no box leaves {allowed:g} of the noise: all {max(possible)} samples leave "
+            f"no box leaves {most_noise:g} of the noise: all {max(possible)} samples leave "
             f"{possible[max(possible)].noise:.3f}; allow more",
             where=f"{path}: build.noise",
         )
     if max(resolved) < min(quiet):
         box, other = max(resolved), min(quiet)
         raise InputError(
-            f"{wanted:g} cycles a micro lens need {box} samples or fewer, which leave "
-            f"{possible[box].noise:.3f} of the noise; {allowed:g} needs {other} or more, with half "
-            f"contrast at {possible[other].half_contrast:.3f}; want less of one",
+            f"{resolution:g} cycles a micro lens need {box} samples or fewer, which leave "
+            f"{possible[box].noise:.3f} of the noise; {most_noise:g} needs {other} or more, with "
+            f"half contrast at {possible[other].half_contrast:.3f}; want less of one",
             where=f"{path}: build.resolution",
         )
     return max(resolved) if build.resolution is not None else min(quiet)
@@ -153,7 +153,7 @@ def with_wishes(loaded: LoadedScene, **wishes: object) -> LoadedScene:
     """A scene with other wishes for its boxes: `box`, or `resolution` and `noise`."""
     build = {**loaded.scene.build.model_dump(exclude_unset=True), **dict.fromkeys(_WISHES)}
     try:
-        wanted = SceneBuild.model_validate({**build, **wishes})
+        boxed = SceneBuild.model_validate({**build, **wishes})
     except ValidationError as error:
         raise validation_error(error, where=f"{loaded.path}: build") from None
-    return loaded.model_copy(update={"scene": loaded.scene.model_copy(update={"build": wanted})})
+    return loaded.model_copy(update={"scene": loaded.scene.model_copy(update={"build": boxed})})
