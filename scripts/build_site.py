@@ -32,7 +32,7 @@ PACKAGES = {
     "plenofir.refocus": "The golden model and the fast refocuser",
     "plenofir.camera.calibration": "Micro image centres, decoding",
     "plenofir.camera.lightfield": "Views, stacks, disparity, depth",
-    "plenofir.camera.optics": "Glasses, lenses, real rays",
+    "plenofir.camera.optics": "Glasses, lenses, paraxial rays",
     "plenofir.camera.rays": "The ray model",
     "plenofir.camera.resampling": "Resampling as the VHDL does it",
     "plenofir.camera.synthetic": "A synthetic camera",

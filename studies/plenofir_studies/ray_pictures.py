@@ -9,12 +9,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from plenofir.camera.optics.dispersion import (
-    MICRO_LENS_CAUCHY,
-    MICRO_LENS_SCHOTT,
-    MICRO_LENS_SELLMEIER,
-)
-from plenofir.camera.optics.tracing import trace_to_object
 from plenofir.camera.plots import figure_pixels
 from plenofir.camera.rays import (
     RayModel,
@@ -26,9 +20,15 @@ from plenofir.camera.rays import (
     usable_ranges,
 )
 from plenofir.refocus.operator import Image
+from plenofir_studies.micro_lens_glass import (
+    MICRO_LENS_CAUCHY,
+    MICRO_LENS_SCHOTT,
+    MICRO_LENS_SELLMEIER,
+)
 from plenofir_studies.ray_validation import table_model
 from plenofir_studies.real_rays import MICRO_LENSES, compare_distances, real_camera
 from plenofir_studies.thesis_tables import load_table
+from plenofir_studies.tracing import trace_to_object
 
 _WAVELENGTHS_NM = np.linspace(400, 700, 301)
 # Border of the depth of field, its name and colour.

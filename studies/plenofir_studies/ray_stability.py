@@ -14,8 +14,6 @@ from typing import Any
 import numpy as np
 from mpmath import mp, mpf
 
-from plenofir.camera.optics.dispersion import MICRO_LENS_SELLMEIER, naive_sellmeier_index
-from plenofir.camera.optics.micro_lens import plano_convex
 from plenofir.camera.rays import condition_numbers
 from plenofir.camera.rays.camera import Camera, MainLens, MicroLensArray, Sensor, load_camera
 from plenofir.camera.rays.distances import State
@@ -26,7 +24,9 @@ from plenofir.camera.rays.intersections import (
 )
 from plenofir.camera.rays.model import Border, RayModel, plane_coefficients
 from plenofir.camera.rays.precise import CONTEXT
+from plenofir_studies.micro_lens_glass import MICRO_LENS_SELLMEIER, naive_sellmeier_index
 from plenofir_studies.report_parts import table
+from plenofir_studies.thick_lens import plano_convex
 
 DIGITS = 700
 BORDERS: dict[int, Border] = {0: "centre", 1: "near", -1: "far"}

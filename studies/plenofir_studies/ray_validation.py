@@ -7,12 +7,12 @@ from decimal import Decimal
 from functools import cache
 from math import inf, isnan
 
-from plenofir.camera.optics.micro_lens import plano_convex
 from plenofir.camera.rays.camera import load_camera
 from plenofir.camera.rays.distances import Distances, State
 from plenofir.camera.rays.focused import Origin
 from plenofir.camera.rays.model import RayModel
 from plenofir_studies.thesis_tables import Cells, Printed, load_table
+from plenofir_studies.thick_lens import plano_convex
 
 
 @dataclass(frozen=True)

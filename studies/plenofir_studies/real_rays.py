@@ -8,13 +8,13 @@ from functools import cache
 
 import numpy as np
 
-from plenofir.camera.optics.chief_rays import micro_image_centres
 from plenofir.camera.optics.paraxial import cardinal_points, entrance_pupil, exit_pupil
 from plenofir.camera.optics.prescription import LensSystem, load_prescription
-from plenofir.camera.optics.tracing import Rays, intersect, refocused_planes, trace_to_object
 from plenofir.camera.rays.camera import Camera, MainLens, MicroLensArray, Sensor
 from plenofir.camera.rays.model import RayModel
 from plenofir.camera.rays.precise import Values
+from plenofir_studies.chief_rays import micro_image_centres
+from plenofir_studies.tracing import Rays, intersect, refocused_planes, trace_to_object
 
 WAVELENGTH_NM = 550.0
 MICRO_LENSES = MicroLensArray(focal_length_mm=2.75, pitch_mm=0.125)

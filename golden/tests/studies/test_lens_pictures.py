@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from plenofir.camera.optics.prescription import load_prescription
-from plenofir.camera.optics.tracing import trace_to_object
 from plenofir_studies.lens_camera import WAVELENGTH_NM, capture, lens_camera
 from plenofir_studies.lens_pictures import (
     CASES,
@@ -22,6 +21,7 @@ from plenofir_studies.lens_pictures import (
     model_of,
     summary,
 )
+from plenofir_studies.tracing import trace_to_object
 
 
 @pytest.mark.parametrize("lens", ["f100", "metrogon"])

@@ -11,18 +11,21 @@ from plenofir.camera.optics import (
     C_LINE_NM,
     D_LINE_NM,
     F_LINE_NM,
-    MICRO_LENS_CAUCHY,
-    MICRO_LENS_SCHOTT,
-    MICRO_LENS_SELLMEIER,
     Cauchy,
     Constant,
     Sellmeier,
     glass_catalogue,
     glass_from_abbe,
-    naive_sellmeier_index,
     read_glass_table,
 )
 from plenofir.ground.errors import InputError
+from plenofir_studies.micro_lens_glass import (
+    MICRO_LENS_CAUCHY,
+    MICRO_LENS_SCHOTT,
+    MICRO_LENS_SELLMEIER,
+    naive_sellmeier_index,
+    schott_of,
+)
 
 # Eq. (5.7) as printed, so that the oracle does not inherit the rounding of doubles.
 PRINTED_SELLMEIER = [
@@ -81,14 +84,14 @@ def test_any_cancelling_pair(strength, size, resonance, apart, wavelength):
 
 @given(st.floats(360.0, 2500.0))
 def test_cauchy_and_its_schott_form_agree(wavelength):
-    schott = MICRO_LENS_CAUCHY.to_schott()
+    schott = schott_of(MICRO_LENS_CAUCHY)
     assert float(schott.index(wavelength)) == pytest.approx(
         float(MICRO_LENS_CAUCHY.index(wavelength)), rel=1e-15
     )
 
 
 def test_cauchy_becomes_the_printed_schott_coefficients():
-    got = MICRO_LENS_CAUCHY.to_schott().coefficients
+    got = schott_of(MICRO_LENS_CAUCHY).coefficients
     # Eq. (5.5); its last coefficient is printed with the rounding of a program.
     assert got == pytest.approx(MICRO_LENS_SCHOTT.coefficients, rel=1e-15)
     assert got[:5] == MICRO_LENS_SCHOTT.coefficients[:5]
@@ -111,13 +114,13 @@ def test_schott_coefficients_are_correctly_rounded(coefficients):
             g[2] ** 2,
         ]
         want = [float(w) for w in want]
-    got = Cauchy(coefficients=tuple(coefficients)).to_schott().coefficients
+    got = schott_of(Cauchy(coefficients=tuple(coefficients))).coefficients
     assert got == pytest.approx(want, rel=4e-16, abs=1e-300)
 
 
 def test_more_than_three_cauchy_terms_do_not_fit():
     with pytest.raises(InputError, match="more than 3"):
-        Cauchy(coefficients=(1.5, 1.0, 1.0, 1.0)).to_schott()
+        schott_of(Cauchy(coefficients=(1.5, 1.0, 1.0, 1.0)))
 
 
 def test_index_of_the_micro_lenses():

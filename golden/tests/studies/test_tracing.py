@@ -12,22 +12,23 @@ from plenofir.camera.optics import (
     Constant,
     Glass,
     Prescription,
-    Rays,
-    RayState,
     Surface,
     cardinal_points,
-    chief_rays,
     exit_pupil,
-    intersect,
     load_prescription,
-    meridional_rays,
-    micro_image_centres,
-    refocused_planes,
     shipped_lenses,
+)
+from plenofir.ground.errors import InputError
+from plenofir_studies.chief_rays import chief_rays, micro_image_centres
+from plenofir_studies.tracing import (
+    Rays,
+    RayState,
+    intersect,
+    meridional_rays,
+    refocused_planes,
     trace,
     trace_to_object,
 )
-from plenofir.ground.errors import InputError
 
 GLASS = Glass(name="glass", dispersion=Constant(value=1.5))
 PITCH = 0.125  # p_M, mm

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plenofir.camera.optics import MICRO_LENS_CAUCHY, ThickLens, plano_convex
 from plenofir.ground.errors import InputError
+from plenofir_studies.micro_lens_glass import MICRO_LENS_CAUCHY
+from plenofir_studies.thick_lens import ThickLens, plano_convex
 
 focal_lengths = st.floats(0.01, 1e5)
 thicknesses = st.floats(0, 1e3)

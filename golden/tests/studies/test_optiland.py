@@ -10,7 +10,7 @@ import pytest
 
 from plenofir.camera.optics.paraxial import cardinal_points, exit_pupil
 from plenofir.camera.optics.prescription import LensSystem, load_prescription
-from plenofir.camera.optics.tracing import trace_to_object
+from plenofir_studies.tracing import trace_to_object
 
 pytest.importorskip("optiland")
 

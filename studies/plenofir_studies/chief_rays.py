@@ -8,7 +8,8 @@ import numpy.typing as npt
 
 from plenofir.camera.optics.dispersion import FloatArray
 from plenofir.camera.optics.prescription import LensSystem
-from plenofir.camera.optics.tracing import (
+from plenofir.ground.errors import InputError
+from plenofir_studies.tracing import (
     BoolArray,
     Rays,
     RayState,
@@ -16,7 +17,6 @@ from plenofir.camera.optics.tracing import (
     meridional_rays,
     trace,
 )
-from plenofir.ground.errors import InputError
 
 _AIM_STEPS = 80
 _AIM_TOLERANCE = 1e-12
