@@ -286,7 +286,7 @@ def all_in_focus(
             mixed.reshape(*mixed.shape[:2], -1)[..., k] += view.interpolated(channel, part)
         # No ring is darker than all of them.
         least = np.minimum(np.minimum(sharp, finest), enlarged)
-        picture[part] = np.clip(mixed + 0.5, least, most)
+        picture[part] = np.clip(mixed + 0.5, np.maximum(least, 0), most)
     return picture
 
 

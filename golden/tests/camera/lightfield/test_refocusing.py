@@ -249,6 +249,17 @@ def test_all_in_focus_has_no_squares_beside_a_bright_disc(m: int) -> None:
         assert (steps[:, 1:-1] - np.maximum(steps[:, :-2], steps[:, 2:])).max() < 5
 
 
+@pytest.mark.parametrize("focus", [-1.0, 0.0, 0.6])
+def test_all_in_focus_stays_black_where_cubics_fall_below_it(focus: float) -> None:
+    m, white = 5, 65535
+    view = np.zeros((24, 28))
+    view[5:9, 6:11] = white
+    raw = view.repeat(m, 0).repeat(m, 1) + np.random.default_rng(0).normal(0, 655, (24 * m, 28 * m))
+    raw = np.clip(raw, 0, white).astype(np.uint16)
+    # Black pixels whose value fell below 0 were the brightest ones.
+    assert all_in_focus(raw, m, np.full(view.shape, focus))[12 * m :].max() < white / 4
+
+
 @pytest.mark.parametrize("m", [3, 4])
 @pytest.mark.parametrize("lenses", [(1, 1), (1, 9), (9, 1), (2, 2)])
 def test_all_in_focus_of_few_lenses(m: int, lenses: tuple[int, int]) -> None:
