@@ -23,7 +23,7 @@ from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file
 from plenofir.ground.images import read_image
 from plenofir.ground.project import DATA
-from plenofir.refocus import refocus
+from plenofir.refocus import best_picture, refocus
 from plenofir.refocus.operator import Image
 from plenofir_studies.drawn_calibration import DRAWS, drawn
 from plenofir_studies.experiments import model_of, take
@@ -240,7 +240,7 @@ def microscope_raster() -> Image:
 def microscope_picture(shifts: tuple[int, ...] = (-8, -4, 0, 4, 8)) -> Image:
     """The microscope capture, refocused, side by side."""
     raster = microscope_raster()
-    slices = [refocus(raster, MICROSCOPE_M, Fraction(k, MICROSCOPE_M)) for k in shifts]
+    slices = [best_picture(raster, MICROSCOPE_M, k / MICROSCOPE_M) for k in shifts]
     gap = np.full((raster.shape[0], 6), np.iinfo(raster.dtype).max, dtype=raster.dtype)
     parts = [part for image in slices for part in (gap, image)][1:]
     line = np.concatenate(parts, axis=1).astype(np.float64)
