@@ -11,6 +11,13 @@
 module tb_refocus_soc;
 
   localparam FRAMES = 1;
+  localparam M = `SCENE_MICRO_IMAGE_SIZE;
+  localparam COLUMNS = `SCENE_COLUMNS;
+  localparam ROWS = `SCENE_ROWS;
+  localparam CHANNELS = `SCENE_CHANNELS;
+  localparam BITS = `SCENE_PIXEL_BITS;
+  localparam SLICES = `SCENE_SLICES;
+  localparam [16*SLICES-1:0] SHIFTS = `SCENE_SHIFTS;
   // Not the one after reset.
   localparam SLICE = `SCENE_SLICES - 1;
 

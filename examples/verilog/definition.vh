@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The definition of refocusing, for test benches: included inside a module that has the frames as `sent`.
+// The definition of refocusing, for test benches: included inside a module that has as parameters the sizes M,
+// COLUMNS, ROWS, CHANNELS, BITS, SLICES, FRAMES, and SHIFTS with a' of each slice, 16 bits each, slice 0 in the lowest.
 //
 // In one dimension (S of rows, then of columns; x = 0 outside the frame; M pixels a micro image, a' the shift):
 //   S[k] = sum over u = 0..M-1 of x[M * floor((k - u * a') / M) + u],  out[k] = S[k + floor((M - 1) * a' / 2)] / M
 // and one division by M * M at the end, halves up. It is summed up pixel by pixel, as slow as it is plain.
 
-  localparam M = `SCENE_MICRO_IMAGE_SIZE;
-  localparam COLUMNS = `SCENE_COLUMNS;
-  localparam ROWS = `SCENE_ROWS;
-  localparam CHANNELS = `SCENE_CHANNELS;
-  localparam BITS = `SCENE_PIXEL_BITS;
-  localparam SLICES = `SCENE_SLICES;
   localparam PIXELS = COLUMNS * ROWS;
-  localparam [16*SLICES-1:0] SHIFTS = `SCENE_SHIFTS;
 
   // The frames as they went in, FRAMES of them.
   reg [CHANNELS*BITS-1:0] sent[0:FRAMES*PIXELS-1];
@@ -57,10 +51,3 @@
       refocused = (2 * sum + M * M) / (2 * M * M);
     end
   endfunction
-
-  initial begin
-    if (!`SCENE_EXACT || !`SCENE_CENTRED || `SCENE_INTERPOLATION_ORDER != 0) begin
-      $display("FAIL: the bench knows exact sums, centred output and nearest neighbour only");
-      $finish;
-    end
-  end

@@ -97,7 +97,7 @@ def test_instance_in_verilog(need, run: Run, tmp_path: Path, verilog_scene: Path
     (tmp_path / "core.v").write_text(core.replace("module scene_top\n", "module scene_core\n"))
     inside = text.replace("scene_top core", "scene_core core")
     (tmp_path / "page.v").write_text(inside.replace("rgb_camera", "scene_top"))
-    names = ("refocus_button", "tb_refocus_button")
+    names = ("refocus_button", "tb_refocus_button", "check_frames")
     files = [EXAMPLES / "verilog" / f"{name}.v" for name in names]
     files += [tmp_path / "page.v", tmp_path / "core.v"]
     folders = [verilog_scene, EXAMPLES / "verilog"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands from a scene to hardware: plan, configure, synth."""
+"""Commands from a scene to hardware: plan, configure, verilog, project, synth."""
 
 import tempfile
 from pathlib import Path
@@ -153,6 +153,24 @@ def configure(
     print_line("scene", f"{planned.scene}, {len(sources)} VHDL files")
     names = ", ".join(sorted(path.name for path in Path(out).iterdir() if path.is_file()))
     print_line("files", f"{out}/: {names}")
+
+
+@app.command()
+def verilog(
+    scene: Annotated[
+        list[str], typer.Argument(help="Scenes, TOML files or the names of shipped ones.")
+    ],
+    device: Part = None,
+    out: options.OutFolder = "build/verilog",
+) -> None:
+    """Write one Verilog module whose parameters of sizes choose among scenes; needs GHDL."""
+    from plenofir.plan import load_scene, make_plan
+    from plenofir.plan.verilog_parameters import write_module
+
+    plans = [make_plan(load_scene(each, device, core=True)) for each in scene]
+    file = write_module(plans, Path(out))
+    print_line("scenes", ", ".join(planned.scene for planned in plans))
+    print_line("file", str(file))
 
 
 @app.command()

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from plenofir.fpga.boards import board_of
-from plenofir.fpga.tools.synthesis import ghdl_version, write_verilog
+from plenofir.fpga.tools.synthesis import Generics, ghdl_version, write_verilog
 from plenofir.plan.plan import Plan
 
 _SHIFT_BITS = 16
@@ -143,36 +143,53 @@ def _without_doubles(module: re.Match[str]) -> str:
     return "\n".join(lines)
 
 
-def verilog_files(
-    plan: Plan, top: str, written: Mapping[str, str], sources: Sequence[Path]
-) -> dict[str, str]:
-    """Synthesise the entity `top` of a scene's project to Verilog: name to text.
+def lint_head(written_by: str) -> str:
+    """First lines of a Verilog file that GHDL made, for its readers and for Verilator."""
+    return (
+        f"// {written_by}: the VHDL as\n"
+        f"// synthesised by GHDL {ghdl_version()}. Change the scene or the VHDL, not this file.\n"
+        "// Some bits of a vector follow from others of it, which is no loop of single bits:\n"
+        "// verilator lint_off UNOPTFLAT\n"
+    )
 
-    `own` are the scene's own VHDL files, name to text; `sources` are in order of analysis, those
-    whose name is in `own` are taken from there. For a core the header `sizes_header` comes along.
-    A board's primitives stay instances of its vendor's cells, whose ports Yosys knows.
+
+def synthesised(
+    sources: Sequence[Path],
+    top: str,
+    generics: Generics,
+    *,
+    written: Mapping[str, str],
+    library: str = "",
+) -> str:
+    """Modules of an entity `top` as GHDL synthesises it, by the names that the VHDL has.
+
+    `written` are the scene's own VHDL files, name to text; `sources` are in order of analysis,
+    those whose name is in `written` are taken from there. `library` has a board's primitives.
     """
-    board = board_of(plan.device) if plan.path != "core" else None
-    library = "" if board is None else board.library
-    # Fails first if GHDL is not installed.
-    ghdl = ghdl_version()
     with tempfile.TemporaryDirectory(prefix="plenofir-") as work:
         folder = Path(work)
         for name, content in written.items():
             (folder / name).write_text(content, encoding="utf-8")
         places = [folder / path.name if path.name in written else path for path in sources]
-        text = write_verilog(places, top, {}, folder, primitives=library).read_text(
-            encoding="utf-8"
-        )
-        text = _named_tables(text)
-    text = _named_modules(_tidy(text), [path.stem for path in sources])
-    head = (
-        f"// The scene {plan.scene}, written by plenofir configure --verilog: the VHDL as\n"
-        f"// synthesised by GHDL {ghdl}. Change the scene or the VHDL, not this file.\n"
-        "// Some bits of a vector follow from others of it, which is no loop of single bits:\n"
-        "// verilator lint_off UNOPTFLAT\n"
-    )
-    files = {f"{top}.v": f"{head}\n{text.strip()}\n"}
+        verilog = write_verilog(places, top, generics, folder, primitives=library)
+        text = _named_tables(verilog.read_text(encoding="utf-8"))
+    return _named_modules(_tidy(text), [path.stem for path in sources]).strip()
+
+
+def verilog_files(
+    plan: Plan, top: str, written: Mapping[str, str], sources: Sequence[Path]
+) -> dict[str, str]:
+    """Synthesise the entity `top` of a scene's project to Verilog: name to text.
+
+    `written` and `sources` are as in `synthesised`. For a core the header `sizes_header` comes
+    along. A board's primitives stay instances of its vendor's cells, whose ports Yosys knows.
+    """
+    board = board_of(plan.device) if plan.path != "core" else None
+    # Fails first if GHDL is not installed.
+    head = lint_head(f"The scene {plan.scene}, written by plenofir configure --verilog")
+    library = "" if board is None else board.library
+    text = synthesised(sources, top, {}, written=written, library=library)
+    files = {f"{top}.v": f"{head}\n{text}\n"}
     if board is None:
         files[f"{top}.vh"] = sizes_header(plan, top)
     return files
