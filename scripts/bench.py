@@ -30,11 +30,13 @@ from rich.console import Console
 from rich.progress import Progress, track
 from rich.table import Table
 
-from plenofir.camera.calibration import calibrate, decode, thesis_calibration
+from plenofir.camera.calibration import (
+    calibrate,
+    decode,
+)
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.plots import figure_pixels
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.tools.simulators import find_simulator
@@ -63,6 +65,11 @@ from plenofir_studies import refocus_stability as stability_report
 from plenofir_studies.methods import plain_numba
 from plenofir_studies.ray_report import error_against_run_time
 from plenofir_studies.report_parts import machine
+from plenofir_studies.synthetic import (
+    regular_grid,
+    white_image,
+)
+from plenofir_studies.thesis_calibration import thesis_calibration
 
 RUNS = 5
 CASES = ((5, -3), (11, 1), (11, 22))

@@ -35,7 +35,7 @@ PACKAGES = {
     "plenofir.camera.optics": "Glasses, lenses, paraxial rays",
     "plenofir.camera.rays": "The ray model",
     "plenofir.camera.resampling": "Resampling as the VHDL does it",
-    "plenofir.camera.synthetic": "A synthetic camera",
+    "plenofir_studies.synthetic": "A synthetic camera",
     "plenofir.plan": "From a scene to a core",
     "plenofir.driver": "The driver of a core behind a bus",
     "plenofir.ground.images": "Reading and writing images",
@@ -77,7 +77,7 @@ plugins:
   - mkdocstrings:
       handlers:
         python:
-          paths: [%(golden)s]
+          paths: [%(golden)s, %(studies)s]
           options: {docstring_style: numpy, show_source: false, show_root_heading: true,
                     heading_level: 2, show_if_no_docstring: false}
   - offline
@@ -160,7 +160,8 @@ def main() -> int:
         command += [str(pages / LIGHT_FIELD), str(raw)]
         subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
         (folder / "mkdocs.yml").write_text(
-            CONFIGURATION % {"golden": ROOT / "golden", "nav": navigation(pages)}
+            CONFIGURATION
+            % {"golden": ROOT / "golden", "studies": ROOT / "studies", "nav": navigation(pages)}
         )
         # Not quietly: then mkdocs does not count warnings either.
         build = [sys.executable, "-m", "mkdocs", "--no-color", "build", "--strict"]

@@ -45,7 +45,6 @@ from plenofir.camera.lightfield import (
     sub_aperture,
 )
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.synthetic import render
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.resources.estimate import estimate
@@ -65,6 +64,7 @@ from plenofir_studies.calibration_report import MICROSCOPE, microscope_picture
 from plenofir_studies.depth_scenes import plane
 from plenofir_studies.engine_cells import ENGINES, SIZES, Cell, all_shifts
 from plenofir_studies.resolution import central_directions
+from plenofir_studies.synthetic import render
 
 
 def simulated(*options: str) -> dict[str, Pixels]:

@@ -16,15 +16,15 @@ from tifffile import imwrite
 
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.rays.camera import CAMERAS
-from plenofir.camera.synthetic import (
+from plenofir.ground import project
+from plenofir.ground.images import read_image, write_png
+from plenofir_studies.synthetic import (
     TexturedPlane,
     field_of_view,
     regular_grid,
     render,
     white_image,
 )
-from plenofir.ground import project
-from plenofir.ground.images import read_image, write_png
 
 LENSES = 22, 27
 

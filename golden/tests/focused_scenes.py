@@ -9,7 +9,7 @@ from scipy import ndimage
 from skimage import data
 
 from plenofir.camera.rays import RayModel, load_camera, setting_of_virtual_depth
-from plenofir.camera.synthetic import (
+from plenofir_studies.synthetic import (
     Capture,
     TexturedPlane,
     field_of_view,
@@ -85,7 +85,7 @@ def scene(
     lenses: tuple[int, int] = (26, 32),
     **how: Any,
 ) -> Scene:
-    """Render a scene; `how`: see `plenofir.camera.synthetic.render`."""
+    """Render a scene; `how`: see `plenofir_studies.synthetic.render`."""
     model = model_of(pitch)
     planes = planes_at(model, depths, lenses)
     how = {"layout": "hexagonal-rows", "noise": 0.005, **how}

@@ -19,7 +19,6 @@ from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.calibration.resample import Interpolation
 from plenofir.camera.lightfield import sub_aperture
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.synthetic.render import TexturedPlane, field_of_view, render
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir_studies.experiments import CAMERA
@@ -29,6 +28,11 @@ from plenofir_studies.resolution import (
     inside,
     slanted_edge,
     transfer,
+)
+from plenofir_studies.synthetic.render import (
+    TexturedPlane,
+    field_of_view,
+    render,
 )
 
 Floats = npt.NDArray[np.float64]

@@ -14,13 +14,19 @@ from matplotlib.figure import Figure
 from scipy import ndimage
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
-from plenofir.camera.lightfield import FocalStack, all_in_focus, sad_disparity, sub_aperture, views
+from plenofir.camera.lightfield import (
+    FocalStack,
+    all_in_focus,
+    sub_aperture,
+    views,
+)
 from plenofir.camera.lightfield.disparity import Disparity, search_disparity
 from plenofir.camera.lightfield.matching import RIGHT
 from plenofir.ground.images import eight_bits
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import SURE, TEXTURE, confidence_level, depth_index
+from plenofir_studies.absolute_differences import sad_disparity
 from plenofir_studies.depth_scenes import (
     HCI_BORDER,
     LENSES,

@@ -19,16 +19,16 @@ from plenofir.camera.lightfield import compose
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import recognise
 from plenofir.camera.recognise.benchmark import hci_scene
-from plenofir.camera.synthetic.render import (
+from plenofir.ground.errors import InputError
+from plenofir.refocus.operator import Image
+from plenofir_studies.experiments import CAMERA
+from plenofir_studies.synthetic.render import (
     TexturedPlane,
     field_of_view,
     pinhole_view,
     render,
     with_pitch,
 )
-from plenofir.ground.errors import InputError
-from plenofir.refocus.operator import Image
-from plenofir_studies.experiments import CAMERA
 
 Floats = npt.NDArray[np.float64]
 

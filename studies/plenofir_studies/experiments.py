@@ -20,13 +20,18 @@ from plenofir.camera.lightfield import (
     depth_map,
     focal_stack,
     peak,
-    sad_disparity,
     sharpness_curve,
     views,
 )
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.synthetic.render import Capture, TexturedPlane, field_of_view, render
 from plenofir.refocus.operator import Image
+from plenofir_studies.absolute_differences import sad_disparity
+from plenofir_studies.synthetic.render import (
+    Capture,
+    TexturedPlane,
+    field_of_view,
+    render,
+)
 from plenofir_studies.thesis_tables import load_table
 
 Floats = npt.NDArray[np.float64]

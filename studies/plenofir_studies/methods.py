@@ -17,7 +17,6 @@ import numpy.typing as npt
 from numba import njit
 from scipy import ndimage
 
-from plenofir.camera.lightfield.fourier import fourier_slice
 from plenofir.camera.lightfield.indexing import views
 from plenofir.refocus import (
     ExactArithmetic,
@@ -29,6 +28,7 @@ from plenofir.refocus import (
     refocus_sums,
 )
 from plenofir.refocus.operator import Image
+from plenofir_studies.fourier import fourier_slice
 
 Floats = npt.NDArray[np.floating[Any]]
 Work = Callable[[Any, int, int], Any]

@@ -19,7 +19,6 @@ from scipy import ndimage
 
 from plenofir.camera.calibration import Grid, calibrate
 from plenofir.camera.lightfield import views
-from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.ground.errors import InputError
 from plenofir.refocus import best_picture, refocus
 from plenofir.refocus.operator import Image
@@ -28,6 +27,10 @@ from plenofir_studies.depth_methods import BAD, by_disparity, score
 from plenofir_studies.depth_trials import trial
 from plenofir_studies.report_parts import Progress, Report, machine
 from plenofir_studies.sharpening import TEXTURES, Plane, decibels, plane
+from plenofir_studies.synthetic import (
+    regular_grid,
+    white_image,
+)
 
 Floats = npt.NDArray[np.float64]
 

@@ -17,14 +17,14 @@ import numpy as np
 
 from plenofir.camera.optics.prescription import shipped_lenses
 from plenofir.camera.rays.camera import load_camera
-from plenofir.camera.rays.intersections import (
+from plenofir.camera.rays.model import RayModel
+from plenofir_studies import real_tables
+from plenofir_studies.errata import ERRATA
+from plenofir_studies.intersections import (
     image_side_distance,
     iterated_image_distance,
     object_side_distance,
 )
-from plenofir.camera.rays.model import RayModel
-from plenofir_studies import real_tables
-from plenofir_studies.errata import ERRATA
 from plenofir_studies.ray_pictures import (
     dispersion_picture,
     distances_picture,

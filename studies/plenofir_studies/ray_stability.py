@@ -17,13 +17,13 @@ from mpmath import mp, mpf
 from plenofir.camera.rays import condition_numbers
 from plenofir.camera.rays.camera import Camera, MainLens, MicroLensArray, Sensor, load_camera
 from plenofir.camera.rays.distances import State
-from plenofir.camera.rays.intersections import (
+from plenofir.camera.rays.model import Border, RayModel, plane_coefficients
+from plenofir.camera.rays.precise import CONTEXT
+from plenofir_studies.intersections import (
     image_side_distance,
     iterated_image_distance,
     object_side_distance,
 )
-from plenofir.camera.rays.model import Border, RayModel, plane_coefficients
-from plenofir.camera.rays.precise import CONTEXT
 from plenofir_studies.micro_lens_glass import MICRO_LENS_SELLMEIER, naive_sellmeier_index
 from plenofir_studies.report_parts import table
 from plenofir_studies.thick_lens import plano_convex

@@ -11,7 +11,13 @@ import numpy as np
 from plenofir.camera.calibration import Calibration, calibrate, calibration_of_grid, decode
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.resampling import Precision, grid_registers, resample, tables_of
-from plenofir.camera.synthetic import (
+from plenofir.ground.images import read_image
+from plenofir.refocus import refocus
+from plenofir.refocus.operator import Image
+from plenofir_studies.calibration_report import MICROSCOPE, MICROSCOPE_M
+from plenofir_studies.experiments import CAMERA, textures
+from plenofir_studies.report_parts import Progress, Report
+from plenofir_studies.synthetic import (
     Capture,
     TexturedPlane,
     field_of_view,
@@ -19,12 +25,6 @@ from plenofir.camera.synthetic import (
     render,
     with_pitch,
 )
-from plenofir.ground.images import read_image
-from plenofir.refocus import refocus
-from plenofir.refocus.operator import Image
-from plenofir_studies.calibration_report import MICROSCOPE, MICROSCOPE_M
-from plenofir_studies.experiments import CAMERA, textures
-from plenofir_studies.report_parts import Progress, Report
 
 PITCHES = (5.0, 8.31, 13.889, 30.4, 80.0)
 ROTATIONS = (-1.0, -0.3, 0.0, 0.3, 1.0)

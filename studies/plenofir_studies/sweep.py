@@ -16,11 +16,16 @@ from plenofir.camera.calibration import calibrate, decode, raster_window
 from plenofir.camera.lightfield import sharpness_curve
 from plenofir.camera.lightfield.stack import Floats
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.synthetic.render import TexturedPlane, field_of_view, render, with_pitch
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.refocus.operator import Image
 from plenofir_studies.experiments import CAMERA, textures
+from plenofir_studies.synthetic.render import (
+    TexturedPlane,
+    field_of_view,
+    render,
+    with_pitch,
+)
 
 M = 5
 SHIFTS = tuple(range(7))

@@ -23,9 +23,8 @@ from matplotlib.ticker import NullFormatter
 from pydantic import BaseModel, ConfigDict
 from scipy.spatial import cKDTree
 
-from plenofir.camera.calibration import calibrate, thesis_calibration
+from plenofir.camera.calibration import calibrate
 from plenofir.camera.calibration.frames import grey
-from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
 from plenofir.refocus import ExactArithmetic, refocus
 from plenofir_studies import DATA
@@ -38,7 +37,12 @@ from plenofir_studies.precision_report import measure as measured_on
 from plenofir_studies.ray_report import error_against_run_time
 from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import machine, table
+from plenofir_studies.synthetic import (
+    regular_grid,
+    white_image,
+)
 from plenofir_studies.thesis_benchmark import as_printed
+from plenofir_studies.thesis_calibration import thesis_calibration
 
 FILE = DATA / "work_precision.json"
 _LEAST_RUNS, _MOST_RUNS, _LEAST_SECONDS = 3, 50, 0.3

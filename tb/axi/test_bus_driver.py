@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from plenofir.camera.calibration import calibration_of_grid
-from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.ground import project
 from plenofir.plan.sensor.chip import resampling
+from plenofir_studies.synthetic import regular_grid
 from plenofir_tb.runner import Case, run_cases
 
 EXAMPLES = project.root() / "examples"

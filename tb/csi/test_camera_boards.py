@@ -9,7 +9,6 @@ import pytest
 
 from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.resampling import interpolate_mosaic, red_place, resample
-from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import camera_generics
 from plenofir.fpga.boards import BOARDS
@@ -29,6 +28,7 @@ from plenofir.plan.sensor.board_sensor import (
     sensor_package,
 )
 from plenofir.plan.sensor.chip import resampling, shown_lines
+from plenofir_studies.synthetic import regular_grid
 from plenofir_tb.runner import draw_seed, vhdl_simulator
 
 M, MOSAIC = 4, "grbg"

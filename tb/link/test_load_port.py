@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from plenofir.camera.calibration import calibration_of_grid
-from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga import hdl
 from plenofir.plan.sensor.board_load import Shown, description
 from plenofir.plan.sensor.chip import resampling
+from plenofir_studies.synthetic import regular_grid
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import Case, run_cases
 from plenofir_tb.shown_sensor import ShownCamera, sensor_packages, shown_chip

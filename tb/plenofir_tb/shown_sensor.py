@@ -7,7 +7,6 @@ from typing import Any
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid
 from plenofir.camera.resampling import BayerOrder, red_place
-from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir.plan.sensor.board_sensor import (
     SENSOR_OUTPUTS,
@@ -17,6 +16,7 @@ from plenofir.plan.sensor.board_sensor import (
 )
 from plenofir.plan.sensor.chip import resampling, shown_lines
 from plenofir.plan.sensor.resampler import ResamplerConfiguration
+from plenofir_studies.synthetic import regular_grid
 
 
 @dataclass(frozen=True)

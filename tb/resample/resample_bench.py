@@ -16,10 +16,10 @@ from plenofir.camera.calibration.grid import Layout
 from plenofir.camera.calibration.types_of_lenses import LensTypes
 from plenofir.camera.resampling import GridRegisters, Precision, Tables, grid_registers, resample
 from plenofir.camera.resampling.lines import line_needs, ring_needs
-from plenofir.camera.synthetic import regular_grid
 from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.chip import check_fits, loads
 from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
+from plenofir_studies.synthetic import regular_grid
 from plenofir_tb.axi_video import (
     AxiVideoSink,
     AxiVideoSource,

@@ -9,10 +9,10 @@ import pytest
 from in_process import plenofir
 
 from plenofir.camera.calibration import calibration_of_grid
-from plenofir.camera.synthetic import regular_grid
 from plenofir.ground import project
 from plenofir.ground.images import bare, read_image, read_picture, write_png
 from plenofir.refocus import refocus
+from plenofir_studies.synthetic import regular_grid
 
 SHAPE = 34, 44
 

@@ -11,7 +11,10 @@ from in_process import plenofir
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.synthetic import (
+from plenofir.ground.images import read_image, write_png
+from plenofir.refocus import refocus
+from plenofir_studies.experiments import CAMERA, textures
+from plenofir_studies.synthetic import (
     Capture,
     TexturedPlane,
     field_of_view,
@@ -19,9 +22,6 @@ from plenofir.camera.synthetic import (
     render,
     with_pitch,
 )
-from plenofir.ground.images import read_image, write_png
-from plenofir.refocus import refocus
-from plenofir_studies.experiments import CAMERA, textures
 
 
 def sim(folder: Path, calibration: Calibration, raw: np.ndarray, *arguments: str) -> dict:

@@ -16,7 +16,6 @@ from plenofir.camera.resampling import (
     red_place,
     resample,
 )
-from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import SimulationError, find_simulator
@@ -26,6 +25,7 @@ from plenofir.plan.sensor.chip import resampling
 from plenofir.plan.sensor.sensor_bench import CORE, run_sensor, sensor_generics
 from plenofir.refocus import refocus
 from plenofir_studies.block_rams import block_ram_models
+from plenofir_studies.synthetic import regular_grid
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
 from plenofir_tb.tools import or_skip

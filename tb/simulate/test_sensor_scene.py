@@ -8,7 +8,6 @@ import pytest
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid
 from plenofir.camera.resampling import interpolate_mosaic, red_place, resample
-from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.tools.synthesis import ghdl_version, write_verilog, yosys_version
@@ -19,6 +18,7 @@ from plenofir.plan.sensor.chip import loads, resampling
 from plenofir.plan.sensor.sensor_bench import run_sensor
 from plenofir.refocus import refocus
 from plenofir_studies.block_rams import block_ram_models
+from plenofir_studies.synthetic import regular_grid
 from plenofir_tb.tools import or_skip
 
 SHAPE = (34, 41)

@@ -9,7 +9,6 @@ import pytest
 
 from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.resampling import interpolate_mosaic, red_place, resample
-from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga import hdl
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -23,6 +22,7 @@ from plenofir.fpga.tools.simulators import STANDARDS, Simulator, Standard, find_
 from plenofir.plan.sensor.chip import resampling
 from plenofir.plan.sensor.sensor_bench import run_sensor
 from plenofir.refocus.sharpness import depth_index
+from plenofir_studies.synthetic import regular_grid
 from plenofir_tb.tools import or_skip
 
 BOARD_NAMES = [board.name for board in BOARDS.values() if board.library]

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from plenofir.camera.calibration import calibration_of_grid
-from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
@@ -32,6 +31,7 @@ from plenofir.ground.images import bare, write_png
 from plenofir.plan.sensor import sensor_bench, sensor_csi
 from plenofir.plan.sensor.sensor_run import Sensor, load_sensor
 from plenofir.refocus import StoredProductArithmetic
+from plenofir_studies.synthetic import regular_grid
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
 from plenofir_tb.tools import or_skip

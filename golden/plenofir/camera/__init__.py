@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The camera side: optics, ray model, calibration, light fields, a synthetic camera."""
+"""The camera side: optics, ray model, calibration, light fields."""

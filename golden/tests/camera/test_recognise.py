@@ -21,12 +21,17 @@ from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import recognise
 from plenofir.camera.recognise.picture import recognise_picture
 from plenofir.camera.recognise.source import Kind
-from plenofir.camera.synthetic import TexturedPlane, field_of_view, regular_grid, render
-from plenofir.camera.synthetic.render import with_pitch
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture, read_image, write_png
 from plenofir.ground.project import DATA
 from plenofir.refocus import refocus
+from plenofir_studies.synthetic import (
+    TexturedPlane,
+    field_of_view,
+    regular_grid,
+    render,
+)
+from plenofir_studies.synthetic.render import with_pitch
 
 MICROSCOPE = DATA / "microscope"
 

@@ -13,11 +13,11 @@ from in_process import plenofir
 from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.lightfield.indexing import compose
 from plenofir.camera.recognise import recognise
-from plenofir.camera.synthetic import regular_grid
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import write_png
 from plenofir.ground.shell import command
 from plenofir.refocus.batch import find_frames
+from plenofir_studies.synthetic import regular_grid
 
 NAMES = ["plain", "Ümläute 光场\n100%", 'it\'s "quoted"', "-leading \\", "$HOME;`x`*[1] & more"]
 

@@ -7,12 +7,12 @@ import pytest
 from in_process import plenofir
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid
-from plenofir.camera.synthetic import regular_grid
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.sensor.board_load import described, description, load_board, load_lines
 from plenofir.plan.sensor.chip import loads, resampling
 from plenofir.plan.sensor.resampler import ResamplerConfiguration
+from plenofir_studies.synthetic import regular_grid
 
 SHAPE = (61, 83)
 SCENE = """

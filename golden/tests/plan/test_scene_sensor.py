@@ -14,7 +14,6 @@ from plenofir.camera.calibration import Calibration, calibration_of_grid
 from plenofir.camera.calibration.types_of_lenses import LensTypes
 from plenofir.camera.resampling import Tables, grid_registers, tables_of
 from plenofir.camera.resampling.lines import ring_needs
-from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga.devices import DEVICES
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
@@ -23,6 +22,7 @@ from plenofir.plan.configure import configure
 from plenofir.plan.sensor.board_load import calibration_loads, described, description
 from plenofir.plan.sensor.chip import check_fits, resampling
 from plenofir.plan.sensor.scene_sensor import SceneSensor, sensor_chip
+from plenofir_studies.synthetic import regular_grid
 
 SHAPE = (61, 83)
 SCENE = """

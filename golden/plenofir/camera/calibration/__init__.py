@@ -26,7 +26,6 @@ from plenofir.camera.calibration.spots import (
     infinity_focus,
     measure_spots,
 )
-from plenofir.camera.calibration.thesis_method import ThesisCalibration, thesis_calibration
 
 __all__ = [
     "Calibration",
@@ -38,7 +37,6 @@ __all__ = [
     "InfinityFocus",
     "Layout",
     "Spots",
-    "ThesisCalibration",
     "WhiteInspection",
     "calibrate",
     "calibration_of_grid",
@@ -52,5 +50,4 @@ __all__ = [
     "load_calibration",
     "measure_spots",
     "raster_window",
-    "thesis_calibration",
 ]

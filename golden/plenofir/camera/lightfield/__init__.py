@@ -5,7 +5,6 @@
 called with the parts done and to do.
 """
 
-from plenofir.camera.lightfield.absolute_differences import sad_disparity
 from plenofir.camera.lightfield.disparity import (
     DepthMap,
     Disparity,
@@ -13,13 +12,10 @@ from plenofir.camera.lightfield.disparity import (
     light_field_disparity,
 )
 from plenofir.camera.lightfield.exports import named_views, write_views
-from plenofir.camera.lightfield.fourier import aperture_weights, fourier_slice, shifted_views
 from plenofir.camera.lightfield.indexing import (
     compose,
     light_field,
-    light_field_index,
     raw_image,
-    raw_index,
     sub_aperture,
     views,
 )
@@ -39,22 +35,16 @@ __all__ = [
     "Disparity",
     "FocalStack",
     "all_in_focus",
-    "aperture_weights",
     "compose",
     "depth_map",
     "focal_stack",
-    "fourier_slice",
     "light_field",
     "light_field_disparity",
-    "light_field_index",
     "named_views",
     "peak",
     "raw_image",
-    "raw_index",
-    "sad_disparity",
     "sharpness",
     "sharpness_curve",
-    "shifted_views",
     "sub_aperture",
     "views",
     "write_views",

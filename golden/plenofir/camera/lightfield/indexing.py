@@ -7,34 +7,10 @@ s = floor(k / M); the thesis counts u from the micro image's centre, i = u - c w
 """
 
 import numpy as np
-import numpy.typing as npt
 
 from plenofir.ground.errors import InputError
 from plenofir.refocus import check_raw
 from plenofir.refocus.operator import Image
-
-
-def raw_index(
-    lens: npt.ArrayLike, offset: npt.ArrayLike, micro_image_size: int
-) -> npt.NDArray[np.int64]:
-    """Pixel of the raw image from micro lens and offset (Eqs. 3.46, 3.48).
-
-    `lens`: micro lens j (or h). `offset`: i (or g), counted from the micro image's centre;
-    half-integers if M is even. Result: k = j M + c + i.
-    """
-    pixel = np.asarray(lens) * micro_image_size + (micro_image_size - 1) / 2 + np.asarray(offset)
-    return np.asarray(np.rint(pixel), dtype=np.int64)
-
-
-def light_field_index(
-    pixel: npt.ArrayLike, micro_image_size: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
-    """Micro lens and offset from a pixel of the raw image (Eqs. 3.47, 3.49).
-
-    `pixel`: k (or l). Result: micro lens j and offset i from the micro image's centre.
-    """
-    lens, place = np.divmod(np.asarray(pixel, dtype=np.int64), micro_image_size)
-    return lens, place - (micro_image_size - 1) / 2
 
 
 def light_field(raw: Image, micro_image_size: int) -> Image:

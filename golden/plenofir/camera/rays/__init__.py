@@ -25,11 +25,6 @@ from plenofir.camera.rays.diffraction import (
     rayleigh_limit,
 )
 from plenofir.camera.rays.distances import Distances, Planes, State, lens_extension
-from plenofir.camera.rays.intersections import (
-    image_side_distance,
-    iterated_image_distance,
-    object_side_distance,
-)
 from plenofir.camera.rays.lens_types import (
     Sharpness,
     UsableRange,
@@ -89,15 +84,12 @@ __all__ = [
     "displacement_px",
     "extension_of_infinity",
     "gaps_between",
-    "image_side_distance",
-    "iterated_image_distance",
     "lens_extension",
     "load_camera",
     "load_instrument",
     "measure_pupil",
     "measured_focal_length",
     "microscope_names",
-    "object_side_distance",
     "pupil_blur_px",
     "rayleigh_limit",
     "resolution_ratio",

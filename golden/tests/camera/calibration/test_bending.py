@@ -21,7 +21,7 @@ from plenofir.camera.calibration.models import (
     places_of,
 )
 from plenofir.camera.calibration.moire import waves
-from plenofir.camera.synthetic import regular_grid
+from plenofir_studies.synthetic import regular_grid
 
 NOISE = 0.02
 PULL = 0.01

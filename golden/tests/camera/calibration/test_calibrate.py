@@ -16,13 +16,22 @@ from plenofir.camera.calibration import (
     Grid,
     calibrate,
     load_calibration,
-    thesis_calibration,
 )
 from plenofir.camera.calibration.fit import fit_grid
 from plenofir.camera.calibration.frames import clipped_share, grey
-from plenofir.camera.calibration.thesis_method import binary, normalised, regression, rotated
-from plenofir.camera.synthetic import centres_within, regular_grid, white_image
 from plenofir.ground.errors import InputError
+from plenofir_studies.synthetic import (
+    centres_within,
+    regular_grid,
+    white_image,
+)
+from plenofir_studies.thesis_calibration import (
+    binary,
+    normalised,
+    regression,
+    rotated,
+    thesis_calibration,
+)
 
 SHAPE = (440, 600)
 

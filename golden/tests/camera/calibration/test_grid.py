@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plenofir.camera.calibration.grid import Grid, exponents
-from plenofir.camera.synthetic import regular_grid
+from plenofir_studies.synthetic import regular_grid
 
 LAYOUTS = ("rectangular", "hexagonal-rows", "hexagonal-columns")
 index = st.integers(-40, 40)

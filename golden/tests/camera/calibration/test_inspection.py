@@ -16,14 +16,14 @@ from plenofir.camera.calibration.spots import (
     measure_spots,
 )
 from plenofir.camera.rays import RayModel, extension_of_infinity, load_camera
-from plenofir.camera.synthetic import (
+from plenofir.ground.errors import InputError
+from plenofir_studies.synthetic import (
     TexturedPlane,
     field_of_view,
     regular_grid,
     render,
     white_image,
 )
-from plenofir.ground.errors import InputError
 
 F197 = load_camera("f197-mla2")
 

@@ -18,7 +18,10 @@ from plenofir.camera.calibration.lattice import (
     reduced,
     reduced_lengths,
 )
-from plenofir.camera.synthetic import regular_grid, white_image
+from plenofir_studies.synthetic import (
+    regular_grid,
+    white_image,
+)
 
 SHAPE = (84, 92)
 LAYOUTS = ("rectangular", "hexagonal-rows", "hexagonal-columns")

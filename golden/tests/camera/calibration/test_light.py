@@ -24,7 +24,7 @@ from plenofir.camera.calibration.shading import (
     unit_positions,
     within,
 )
-from plenofir.camera.synthetic import regular_grid
+from plenofir_studies.synthetic import regular_grid
 
 SHAPE = (91, 121)
 

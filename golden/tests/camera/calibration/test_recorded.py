@@ -15,8 +15,11 @@ import pytest
 from distorted_white import distorted_centres, distorted_white, ideal_white, spots
 
 from plenofir.camera.calibration import calibrate
-from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.ground.errors import InputError
+from plenofir_studies.synthetic import (
+    regular_grid,
+    white_image,
+)
 
 RECORD = Path(__file__).with_suffix(".json")
 # Rounding differs between processors, and with the order of sums.

@@ -21,9 +21,9 @@ from plenofir.camera.focused import (
     read_vendor_grid,
     types_by_sharpness,
 )
-from plenofir.camera.synthetic.pattern import regular_grid
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture
+from plenofir_studies.synthetic.pattern import regular_grid
 
 USUAL = {"x": 17.76, "y": 14.905, "diameter": 34.8647, "rotation": 0.0, "distortion": 0}
 

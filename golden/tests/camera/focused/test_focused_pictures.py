@@ -22,7 +22,7 @@ from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture
 
 DEPTHS = (2.3, 2.6, 3.1)
-# As `plenofir.camera.synthetic.render` exposes.
+# As `plenofir_studies.synthetic.render` exposes.
 WHITE = 0.9 * 65535
 
 

@@ -15,17 +15,17 @@ from in_process import plenofir
 from plenofir.camera.calibration import calibrate, decode, load_calibration
 from plenofir.camera.lightfield import FocalStack, focal_stack
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.synthetic import (
+from plenofir.ground.images import Picture, encode_tiff, read_image, read_picture, write_png
+from plenofir.refocus import Aperture, best_picture, refocus
+from plenofir.refocus.sharpness import TEXTURE, confidence_level, depth_index
+from plenofir_studies.calibration_report import MICROSCOPE, microscope_raster
+from plenofir_studies.synthetic import (
     TexturedPlane,
     field_of_view,
     regular_grid,
     render,
     white_image,
 )
-from plenofir.ground.images import Picture, encode_tiff, read_image, read_picture, write_png
-from plenofir.refocus import Aperture, best_picture, refocus
-from plenofir.refocus.sharpness import TEXTURE, confidence_level, depth_index
-from plenofir_studies.calibration_report import MICROSCOPE, microscope_raster
 
 M = 5
 A = 0.4

@@ -10,11 +10,14 @@ from in_process import plenofir
 
 from plenofir.camera.calibration import calibrate
 from plenofir.camera.rays.camera import CAMERAS
-from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.fpga.hdmi.edid import make_edid
 from plenofir.fpga.hdmi.modes import HD720
 from plenofir.ground.images import write_png
 from plenofir.ground.project import root
+from plenofir_studies.synthetic import (
+    regular_grid,
+    white_image,
+)
 
 
 @pytest.fixture(scope="module")

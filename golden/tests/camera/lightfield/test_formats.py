@@ -36,10 +36,14 @@ from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise import Hints, recognise
 from plenofir.camera.recognise.arrays import read_array
 from plenofir.camera.recognise.benchmark import hci_scene, read_pfm
-from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import read_image, write_png
 from plenofir.ground.project import DATA
+from plenofir_studies.synthetic import (
+    TexturedPlane,
+    field_of_view,
+    render,
+)
 
 M = 5
 

@@ -12,26 +12,29 @@ from scipy import ndimage
 from plenofir.camera.lightfield import (
     FocalStack,
     all_in_focus,
-    aperture_weights,
     compose,
     focal_stack,
-    fourier_slice,
     light_field_disparity,
     peak,
-    sad_disparity,
     sharpness,
     sharpness_curve,
-    shifted_views,
     sub_aperture,
     views,
 )
 from plenofir.camera.lightfield.disparity import views_disparity
 from plenofir.camera.lightfield.enlarged import Cubics, enlarged_view
-from plenofir.camera.lightfield.fourier import kaiser_bessel, kaiser_bessel_transform
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.errors import InputError
 from plenofir.refocus import best_picture, refocus
 from plenofir.refocus.sharpness import depth_index
+from plenofir_studies.absolute_differences import sad_disparity
+from plenofir_studies.fourier import (
+    aperture_weights,
+    fourier_slice,
+    kaiser_bessel,
+    kaiser_bessel_transform,
+    shifted_views,
+)
 
 
 def texture(shape: tuple[int, int], seed: int = 0, blur: float = 1.0) -> np.ndarray:

@@ -14,12 +14,12 @@ from plenofir.camera.rays import (
     MeasuredPupil,
     RayModel,
     extension_of_infinity,
-    iterated_image_distance,
     lens_extension,
     measure_pupil,
     measured_focal_length,
 )
 from plenofir.ground.errors import InputError
+from plenofir_studies.intersections import iterated_image_distance
 
 
 @pytest.mark.parametrize("separation", [-33.4236, 0.0, 12.5])

@@ -22,14 +22,16 @@ from plenofir.camera.rays import (
     depth_of_field,
     diffraction_note,
     gaps_between,
-    image_side_distance,
-    iterated_image_distance,
     load_camera,
-    object_side_distance,
     rayleigh_limit,
 )
 from plenofir.camera.rays.distances import STATES, lens_extension
 from plenofir.ground.errors import InputError
+from plenofir_studies.intersections import (
+    image_side_distance,
+    iterated_image_distance,
+    object_side_distance,
+)
 
 F193 = load_camera("f193-mla2")
 

@@ -19,8 +19,8 @@ from plenofir.camera.resampling import (
     resample,
     tables_of,
 )
-from plenofir.camera.synthetic import regular_grid
 from plenofir.ground.errors import InputError
+from plenofir_studies.synthetic import regular_grid
 
 LAYOUTS = "rectangular", "hexagonal-rows"
 

@@ -10,9 +10,9 @@ from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.resampling import GridRegisters, Precision, Tables, grid_registers
 from plenofir.camera.resampling.grid_resampler import mirrored
 from plenofir.camera.resampling.lines import line_needs, ring_needs
-from plenofir.camera.synthetic import regular_grid
 from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.chip import check_fits, resampling
+from plenofir_studies.synthetic import regular_grid
 
 
 @st.composite

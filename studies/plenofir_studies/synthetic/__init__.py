@@ -4,8 +4,12 @@
 `render` takes pictures of textured planes; `white_image` makes patterns with known centres.
 """
 
-from plenofir.camera.synthetic.pattern import centres_within, regular_grid, white_image
-from plenofir.camera.synthetic.render import (
+from plenofir_studies.synthetic.pattern import (
+    centres_within,
+    regular_grid,
+    white_image,
+)
+from plenofir_studies.synthetic.render import (
     Capture,
     TexturedPlane,
     field_of_view,

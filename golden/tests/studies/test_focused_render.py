@@ -13,8 +13,11 @@ from plenofir.camera.rays import (
     load_camera,
     setting_of_virtual_depth,
 )
-from plenofir.camera.synthetic import TexturedPlane, render
-from plenofir.camera.synthetic.pattern import regular_grid
+from plenofir_studies.synthetic import (
+    TexturedPlane,
+    render,
+)
+from plenofir_studies.synthetic.pattern import regular_grid
 
 R12 = load_camera("raytrix-r12")
 MODEL = RayModel.focused(R12, 463.54174, 23)

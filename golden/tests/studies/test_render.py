@@ -11,7 +11,8 @@ from scipy import ndimage
 
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.synthetic import (
+from plenofir.ground.errors import InputError
+from plenofir_studies.synthetic import (
     TexturedPlane,
     field_of_view,
     micro_image_pitch,
@@ -19,8 +20,7 @@ from plenofir.camera.synthetic import (
     render,
     with_pitch,
 )
-from plenofir.camera.synthetic.render import box_kernel
-from plenofir.ground.errors import InputError
+from plenofir_studies.synthetic.render import box_kernel
 
 
 def camera(focus_mm: float = inf, m: int = 5) -> RayModel:

@@ -22,9 +22,13 @@ from plenofir.camera.calibration.grid import Floats, Grid, Indices, Layout
 from plenofir.camera.calibration.shading import pixel_positions
 from plenofir.camera.calibration.types_of_lenses import usual_order
 from plenofir.camera.rays.model import RayModel
-from plenofir.camera.synthetic.pattern import Form, aperture, regular_grid
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
+from plenofir_studies.synthetic.pattern import (
+    Form,
+    aperture,
+    regular_grid,
+)
 
 # Rays of a block are held for each layer and view; whole pictures would need gigabytes.
 _BLOCK_PIXELS = 1 << 19
@@ -251,9 +255,9 @@ def render(
         Micro image centres; regular ones of the camera's pitch if None. Its pitch should be the
         camera's.
     rotation_degrees, layout, offset
-        Of that regular grid, see `plenofir.camera.synthetic.pattern.regular_grid`.
+        Of that regular grid, see `plenofir_studies.synthetic.pattern.regular_grid`.
     form, radius, softness
-        Shape of a micro image, radius in pitches, see `plenofir.camera.synthetic.pattern.aperture`;
+        Shape of a micro image, radius in pitches, see `aperture` of `pattern`;
         a square of radius 0.5 or more fills the sensor.
     shading
         Share of light lost in the corners besides cos^4.
