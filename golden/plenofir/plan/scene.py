@@ -203,7 +203,7 @@ class SceneBuild(_Part):
             nearest = f"the nearest is {near}; " * bool(near)
             raise ValueError(
                 f"not in the table of devices; {nearest}plenofir devices lists all, and [device] "
-                "takes the facts of any other part"
+                "takes the facts of any other part of their families"
             )
         return device_name(name)
 

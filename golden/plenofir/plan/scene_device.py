@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A device of the user's own: the facts of any part of a family that plenofir knows."""
 
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
+from itertools import takewhile
 from typing import Annotated, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
@@ -20,9 +21,33 @@ _NAMES: dict[str, Family] = {
 }
 
 
+# Intel's families that Yosys counts unlike Quartus (docs/resources.md), by the beginning of parts.
+_UNCOUNTED = {
+    "10m": "MAX 10",
+    "10cl": "Cyclone 10 LP",
+    "10cx": "Cyclone 10 GX",
+    "ep4c": "Cyclone IV",
+}
+
+
 def nearest_device(typed: str) -> str:
-    """The device of the table whose name is nearest to one that is not in it; empty if none is."""
-    return next(iter(get_close_matches(typed.lower(), DEVICES, 1, 0.7)), "")
+    """Advice for a device that is not in the table: the one whose name begins most like it.
+
+    For a family that Yosys does not count a Cyclone V, with the reason; empty if no name begins
+    like it.
+    """
+    typed = typed.strip().lower()
+    for start, title in _UNCOUNTED.items():
+        if typed.startswith(start):
+            near = next(name for name, row in DEVICES.items() if row.family == "cyclonev")
+            return f"{near}, as Yosys does not count a {title} as Quartus builds it"
+
+    def likeness(name: str) -> tuple[int, float]:
+        alike = takewhile(lambda pair: pair[0] == pair[1], zip(typed, name, strict=False))
+        return sum(1 for _ in alike), SequenceMatcher(None, typed, name).ratio()
+
+    near = max(DEVICES, key=likeness)
+    return near if likeness(near)[0] > 1 else ""
 
 
 class SceneDevice(BaseModel):
@@ -46,6 +71,8 @@ class SceneDevice(BaseModel):
     def _is_a_family(cls, name: object) -> object:
         if not isinstance(name, str) or name.lower() in _NAMES:
             return _NAMES[name.lower()] if isinstance(name, str) else name
+        if name.lower() in map(str.lower, _UNCOUNTED.values()):
+            raise ValueError(f"Yosys does not count a {name}; the nearest is 'cyclone v'")
         near = get_close_matches(name.lower(), _NAMES, 1, 0.4)
         nearest = f"the nearest is {near[0]!r}; " if near else ""
         raise ValueError(f"{nearest}choose one of {', '.join(FAMILIES)}")

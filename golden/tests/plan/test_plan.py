@@ -310,7 +310,7 @@ def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
         (
             "[build]",
             '[build]\ndevice = "xc7a350t"',
-            r"build\.device = 'xc7a350t': .* the nearest is xc7a50t",
+            r"build\.device = 'xc7a350t': .* the nearest is xc7a35t",
         ),
         ("[build]", "[build]\nguard_bits = 9", r"guard_bits must be at most fraction_bits"),
         ("[build]", '[build]\nsharpen = "1/24"', r"build\.sharpen = '1/24': use auto, off"),

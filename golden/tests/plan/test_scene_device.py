@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A device of the user's own, and names that are not in the table."""
 
+import json
 import random
 from pathlib import Path
 
@@ -11,7 +12,8 @@ from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.synthesis.counts import count
-from plenofir.ground.errors import InputError
+from plenofir.fpga.tools.synthesis import run_yosys
+from plenofir.ground.errors import InputError, ToolError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.plan import Plan
 from plenofir.plan.project_files import TOOLS, tool_of, write_project
@@ -86,6 +88,7 @@ def test_facts_of_any_row_plan_like_the_row(tmp_path: Path) -> None:
     ("change", "message"),
     [
         (("Artix-7", "Artix-8"), "the nearest is 'artix-7'"),
+        (("Artix-7", "MAX 10"), "not count a MAX 10; the nearest is 'cyclone v'"),
         (("lut = 32600\n", ""), "device.lut"),
         (("lut = 32600", "lut = 60"), "the XC7A50T-OTHER is too small: it needs"),
         (("[device]", '[build]\ndevice = "xc7a35t"\n[device]'), "takes the place of build.device"),
@@ -101,11 +104,50 @@ def test_refused_facts(change: tuple[str, str], message: str, tmp_path: Path) ->
 
 @pytest.mark.parametrize(
     ("typed", "message"),
-    [("xc7a51t", "the nearest is xc7a"), ("xczu4eg", "the nearest is xczu"), ("10m50", "devices;")],
+    [
+        ("xc7a51t", "the nearest is xc7a50t;"),
+        ("xc7k325t", "the nearest is xc7k"),
+        ("xczu4eg", "the nearest is xczu"),
+        ("LFE5UM-85F", "the nearest is lfe5u-85f;"),
+        ("5cgxfc5", "the nearest is 5ce"),
+        ("10M50DAF484C7G", "the nearest is 5ceba4, as Yosys does not count a MAX 10 as Quartus"),
+        ("10cl025", "the nearest is 5ceba4, as Yosys does not count a Cyclone 10 LP"),
+        ("none", "= 'none': not in the table of devices; plenofir devices lists"),
+    ],
 )
 def test_the_nearest_device_is_named(typed: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=rf"{message}.* \[device\] takes the facts"):
         planned(tmp_path, SCENE, typed)
+
+
+def cells(verilog: str, command: str, folder: Path) -> dict[str, int]:
+    (folder / "top.v").write_text(verilog)
+    steps = ["read_verilog top.v", command, "tee -q -o stat.json stat -json"]
+    run_yosys(steps, folder / "yosys.log")
+    text = (folder / "stat.json").read_text()
+    counted: dict[str, int] = json.loads(text[text.index("{") :])["design"]["num_cells_by_type"]
+    return counted
+
+
+@pytest.mark.slow
+def test_intel_families_that_are_not_counted(tmp_path: Path) -> None:
+    """What the page on resources says of Yosys; a version that counts them fails here."""
+    adder = """module top(input clk, input [15:0] a, b, output reg [16:0] q);
+      always @(posedge clk) q <= a + b; endmodule"""
+    memory = """module top(input clk, we, input [5:0] w, r, input [8:0] d, output reg [8:0] q);
+      reg [8:0] m[0:63]; CONTENTS
+      always @(posedge clk) begin if (we) m[w] <= d; q <= m[r]; end endmodule"""
+    empty, filled = (memory.replace("CONTENTS", text) for text in ("", "initial m[3] = 9'h1a5;"))
+    for family, name in (("max10", "fiftyfivenm"), ("cyclone10lp", "cyclone10lp")):
+        counted = cells(adder, f"synth_intel -family {family} -top top", tmp_path)
+        assert counted[f"{name}_lcell_comb"] == 49
+    with pytest.raises(ToolError, match="Can't find object for defparam"):
+        cells(filled, "synth_intel -family max10 -top top", tmp_path)
+    assert (
+        cells(empty, "synth_intel -family cyclone10lp -top top", tmp_path)["dffeas"] == 64 * 9 + 9
+    )
+    with pytest.raises(ToolError, match="no specify entries"):
+        cells(adder, "synth_intel_alm -family cyclone10gx -top top", tmp_path)
 
 
 def test_trellis_takes_no_part_that_it_does_not_know(tmp_path: Path) -> None:
