@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from itertools import pairwise, product
-from math import gcd
+from math import gcd, lcm, prod
 
 from plenofir.refocus.sharpness import Search, curvature_bits, slice_weight
 from plenofir.refocus.slices import Slice
@@ -63,6 +63,19 @@ class _Sums:
         return cls(narrow if fits else running, running, "int" if line >> 31 == 0 else "long long")
 
 
+def _packed(slice_: Slice) -> bool:
+    """Whether four columns can be summed at once: the frame's bits must be numbers of 32 bits."""
+    words = 2 * (slice_.order + 1) * (slice_.box // slice_.step)
+    short = _Sums.of(slice_).column == "unsigned short" and slice_.pixel_bits == 8
+    return short and words <= _UNROLLED_WORDS and prod(slice_.shape) < 1 << 28
+
+
+def _paired(slice_: Slice) -> bool:
+    """Whether the sums of both dimensions can be made for two rows at once."""
+    most = slice_.white * slice_.full**2 + slice_.full**2 // 2
+    return _packed(slice_) and not slice_.normalise and most < 1 << 16
+
+
 def _first_views(slice_: Slice) -> list[int]:
     """For each p modulo M the first view u with u a' = p modulo M, -1 if there is none."""
     m = slice_.micro_image_size
@@ -87,10 +100,11 @@ class Tile:
     held_columns: int  # columns of sums in shared memory
     padded: bool  # columns outside of the picture are there, as zeros
     unrolled: bool
+    packed: bool  # a thread sums four columns
     threads: int  # of a block
     shared_bytes: int  # that its places of lines, sums and pixels take
     offset_type: str  # of C, for places in the raw picture
-    cost: float  # additions for a pixel, as far as others do not hide them
+    cost: float  # instructions for a picture, and more where few threads hide how long each takes
 
     def blocks(self, slices: int, region: tuple[range, range]) -> tuple[int, int]:
         """Blocks beside each other and below each other that make a region of a stack.
@@ -112,8 +126,13 @@ def _reach(slice_: Slice, segment: int) -> tuple[int, int]:
 
 
 def _segment(slice_: Slice) -> int:
-    """Outputs of a line that one thread makes: whole lenses, so that their places are constants."""
+    """Outputs of a line that one thread makes.
+
+    Whole lenses, so that their places are constants, and whole words where two rows are made.
+    """
     unit = slice_.micro_image_size if slice_.upsample else 1
+    if _paired(slice_):
+        unit = lcm(unit, _WORD)
     return unit * -(-_SEGMENT_OUTPUTS // unit)
 
 
@@ -134,21 +153,28 @@ def _tile(
     offset_type = "unsigned" if rows * columns * channels >> 31 == 0 else "long long"
     padded_columns = step * (width - 1) + 1 + before + behind
     held = max(0, padded_columns if padded else min(padded_columns, columns))
+    packed = _packed(slice_) and unrolled and height % 2 == 0
+    if packed:
+        held = -(-(held + _WORD - 1) // _WORD) * _WORD
     samples = height * channels
     lines = -(-_BYTES[offset_type] * run_steps(slice_, height) // 16) * 16
     shared = lines + samples * (held * column_bytes + width * pixel_bytes) + _WORD
     if shared > shared_limit:
         return None
     # Threads without work wait for the others.
-    column_rounds = -(-held * channels // threads)
-    line_rounds = -(-samples * (width // segment) // threads)
+    columns_each, rows_each = (_WORD if packed else 1), (2 if packed and _paired(slice_) else 1)
+    column_rounds = -(-held * channels // (columns_each * threads))
+    line_rounds = -(-samples * (width // segment) // (rows_each * threads))
+    column_steps, line_steps = run_steps(slice_, height), run_steps(slice_, segment)
     work = threads * (
-        column_rounds * run_steps(slice_, height)
-        + line_rounds * run_steps(slice_, segment) * (1.5 if padded else 2)
-    )
-    # Blocks beside each other hide the time that memory takes.
-    beside = min(shared_limit // shared, 2048 // threads)
-    cost = work / (height * width) * (1 + 1 / (1 + beside * threads / 256))
+        60
+        + column_rounds * column_steps * (17 if packed else 8)
+        + line_rounds * (line_steps * (3 if padded else 5) + segment * (8 if rows_each > 1 else 5))
+    ) + 32 * height * (60 + width * channels / 25)
+    across, down = (-(-max(1, n // step) // part) for n, part in ((columns, width), (rows, height)))
+    # Blocks beside each other hide the time that memory takes; shared_limit is half of it.
+    beside = max(1, min(shared_limit // shared, 640 // threads))
+    cost = work * across * down * (1 + 1 / (1 + beside * threads / 256))
     return Tile(
         height,
         width,
@@ -158,6 +184,7 @@ def _tile(
         held,
         padded,
         unrolled,
+        packed,
         threads,
         shared,
         offset_type,
@@ -269,6 +296,8 @@ def _constants(slice_: Slice, tile: Tile) -> str:
         "PADDED": tile.padded,
         "WHOLE_LENSES": whole_lenses,
         "UNROLLED": tile.unrolled,
+        "PACKED": tile.packed,
+        "PAIRED": tile.packed and _paired(slice_),
     }
     types = {
         "ColumnSum": sums.column,

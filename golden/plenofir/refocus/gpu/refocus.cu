@@ -9,6 +9,9 @@
 // 3. Threads copy the tile to the picture, neighbours side by side. For the depth index of a stack they add the pixels of
 //    each lens instead, or copy only lenses that are sharpest in this slice.
 //
+// Words of 32 bits hold several samples or sums, as far as these are short: step 1 takes four samples a thread (PACKED)
+// and puts its sums for two rows side by side, which step 2 takes together (PAIRED).
+//
 // This text stands once for each slice of a stack, in a namespace of its own; stack.cu has the kernel.
 // Both runs are `run_of_sums`: a moving sum over the re-ordered line, one more for each order of interpolation, and taps
 // a lens apart. The constants in front of this text (plenofir.refocus.gpu.constants) are those of one kind of picture:
@@ -28,6 +31,8 @@
 //   GROUPS, VIEWS_APART               views that meet at a place: gcd(a', M), and the distance between them
 //   FIRST_VIEW[M]                     the first view that meets at p modulo M, -1 if there is none
 //   HELD_COLUMNS                      columns of sums in shared memory
+//   PACKED                            samples of 8 bits whose sums of a column have 16 bits; TILE_ROWS is even
+//   PAIRED                            with PACKED: sums of both dimensions, with half of their divisor, have 16 bits
 //   Pixel, Offset                     types of samples, and of places in a picture
 //   RunningColumn, ColumnSum, LineSum types of sums of a column, as they run and as they are kept, and of both dimensions
 
@@ -128,15 +133,100 @@ __device__ inline Pixel quotient(LineSum sum, LineSum weight)
 }
 
 // Copies a line of bytes from `place` of the block's memory by a warp, in words that are aligned where they go.
-__device__ inline void copy_line(const unsigned char* memory, int place, unsigned char* to, int bytes, int lane)
+__device__ inline void copy_line(const unsigned char* memory, unsigned place, unsigned char* to, unsigned bytes,
+                                 unsigned lane)
 {
-    const int ahead = int((4 - ((unsigned long long)to & 3)) & 3), lead = ahead < bytes ? ahead : bytes;
-    const int words = (bytes - lead) / 4, rest = lead + 4 * words, bits = 8 * ((place + lead) & 3);
-    const unsigned* const from = (const unsigned*)memory + (place + lead) / 4;
-    unsigned* const target = (unsigned*)(to + lead);
-    for (int i = lane; i < words; i += 32) target[i] = __funnelshift_r(from[i], from[i + 1], bits);
-    if (lane < lead) to[lane] = memory[place + lane];
-    if (lane < bytes - rest) to[rest + lane] = memory[place + rest + lane];
+    const unsigned ahead = -unsigned((unsigned long long)to) & 3, lead = ahead < bytes ? ahead : bytes;
+    const unsigned words = (bytes - lead) / 4, whole = lead + 4 * words;
+    const unsigned* from = (const unsigned*)memory + (place + lead) / 4 + lane;
+    unsigned* target = (unsigned*)(to + lead) + lane;
+#pragma unroll 4
+    for (unsigned i = lane; i < words; i += 32, from += 32, target += 32)
+        *target = __funnelshift_r(from[0], from[1], 8 * int(place + lead));
+    // Bytes in front of the words, and behind them.
+    const unsigned i = lane < lead ? lane : whole + lane - lead;
+    if (i < bytes && lane < 8) to[i] = memory[place + i];
+}
+
+template <bool FIRST, class First, class Second>
+struct Chosen {
+    typedef Second Type;
+};
+template <class First, class Second>
+struct Chosen<true, First, Second> {
+    typedef First Type;
+};
+
+__device__ inline unsigned highest_bytes(const unsigned* four)
+{
+    return __byte_perm(__byte_perm(four[0], four[1], 0x73), __byte_perm(four[2], four[3], 0x73), 0x5410);
+}
+
+// Four neighbouring samples or their sums, of 16 bits each: the first and third one, and the others. A sum that passes
+// below zero on its way borrows from the other one, and gives back.
+struct Four {
+    unsigned even, odd;
+
+    Four() = default;
+    __device__ Four(unsigned both) : even(both), odd(both) {}
+    __device__ Four(unsigned even, unsigned odd) : even(even), odd(odd) {}
+    __device__ Four operator-(Four other) const { return Four(even - other.even, odd - other.odd); }
+    __device__ void operator+=(Four other) { even += other.even, odd += other.odd; }
+};
+
+// The frame as aligned words.
+struct Words {
+    const unsigned* first;
+    const unsigned* end;
+    unsigned ahead;  // bytes of the first word in front of the frame
+
+    // Four samples from a place on. `place`: bits behind the first word.
+    template <bool INSIDE>
+    __device__ Four at(unsigned place) const
+    {
+        const unsigned* const word = first + (place >> 5);
+        // The word behind the last sample is not the frame's.
+        const unsigned next = INSIDE || word + 1 < end ? word[1] : 0;
+        const unsigned four = __funnelshift_r(word[0], next, int(place));
+        return Four(__byte_perm(four, 0, 0x4240), __byte_perm(four, 0, 0x4341));
+    }
+};
+
+// Sums of four columns for all rows of a tile: pairs of rows, a word for a column. words: from the columns' first line on.
+// ALL_LINES: whether all rows that enter, and one more, are in the picture. apart: samples between views that meet.
+template <bool ALL_LINES>
+__device__ inline void sums_of_words(Words words, const Offset* entering, long long apart,
+                                     unsigned* pairs, int row0, int rows, Offset pitch)
+{
+    Four above;
+    run_of_sums<Four, TILE_ROWS>(
+        row0, rows / STEP,
+        [&](int i) {
+            Four sum(0u);
+            if constexpr (GROUPS == 1) {
+                if (ALL_LINES || entering[i] != NO_LINE) sum = words.at<ALL_LINES>(unsigned(entering[i]));
+                return sum;
+            }
+            int row = int(entering[i]);
+            if (row == NO_ROW) return sum;
+            unsigned place = 8 * (unsigned(row) * unsigned(pitch) + words.ahead);
+#pragma unroll
+            for (int view = 0; view < GROUPS; view++, row -= VIEWS_APART * (SHIFT - 1), place -= unsigned(8 * apart))
+                if (ALL_LINES || (row >= 0 && row < rows)) sum += words.at<ALL_LINES>(place);
+            return sum;
+        },
+        [](int) { return true; },
+        [&](int r, Four sum) {
+            if (r % 2 == 0) {
+                above = sum;
+                return;
+            }
+            uint4* const to = (uint4*)(pairs + r / 2 * HELD_COLUMNS * CHANNELS);
+            to->x = __byte_perm(above.even, sum.even, 0x5410);
+            to->y = __byte_perm(above.odd, sum.odd, 0x5410);
+            to->z = __byte_perm(above.even, sum.even, 0x7632);
+            to->w = __byte_perm(above.odd, sum.odd, 0x7632);
+        });
 }
 
 // Makes tile `tile_column` of its line of tiles, of slice `number` of the stack; see stack.cu for the others.
@@ -173,23 +263,46 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
         origin = origin > 0 ? origin : 0;
         end = end < columns ? end : columns;
     }
+    if (PACKED) origin &= ~3;
     const int width = end > origin ? (end - origin) * CHANNELS : 0;
     ColumnSum* const sums = (ColumnSum*)(memory + ENTERING_BYTES);
+    Words words;
+    words.ahead = unsigned((unsigned long long)x & 3);
+    words.first = (const unsigned*)((const unsigned char*)x - words.ahead);
+    words.end = words.first + ((long long)rows * pitch + words.ahead + 3) / 4;
     Pixel* const picture = (Pixel*)(sums + TILE_ROWS * HELD_COLUMNS * CHANNELS);
     for (int i = thread; i < ROW_STEPS; i += THREADS) {
         const int place = first_place(row0) + STEP * i, view = FIRST_VIEW[rest_of(place)];
         const int row = view < 0 ? NO_ROW : place - view * (SHIFT - 1);
-        entering[i] = GROUPS > 1 ? row : row < 0 || row >= rows ? NO_LINE : row * pitch;
+        entering[i] = GROUPS > 1                 ? row
+                      : row < 0 || row >= rows ? NO_LINE
+                      : PACKED                 ? 8 * (row * pitch + words.ahead)
+                                               : row * pitch;
     }
     // Whether all rows that enter are in the picture: then nothing is asked below.
     const int first_row = first_place(row0) - (SHIFT > 1 ? (M - 1) * (SHIFT - 1) : 0);
     const int last_row = first_place(row0) + STEP * (ROW_STEPS - 1) + (SHIFT < 1 ? (M - 1) * (1 - SHIFT) : 0);
-    const bool all_lines = first_row >= 0 && last_row < rows;
+    const bool all_lines = first_row >= 0 && last_row < rows - PACKED;
     // Samples between the rows of views that meet.
     const long long apart = VIEWS_APART * (SHIFT - 1) * (long long)pitch;
     __syncthreads();
 
-    for (int sample = thread; sample < width; sample += THREADS) {
+    if constexpr (PACKED)
+        for (int more = thread; 4 * more < width; more += THREADS) {
+            const int first_sample = origin * CHANNELS + 4 * more, here = columns * CHANNELS - first_sample;
+            unsigned* const pairs = (unsigned*)sums + 4 * more;
+            if (first_sample >= 0 && here > 0) {
+                const Words below{words.first + first_sample / 4, words.end, words.ahead};
+                if (all_lines)
+                    sums_of_words<true>(below, entering, apart, pairs, row0, rows, pitch);
+                else
+                    sums_of_words<false>(below, entering, apart, pairs, row0, rows, pitch);
+                if (here >= 4) continue;
+            }
+            for (int i = first_sample < 0 || here < 0 ? 0 : here; i < 4; i++)
+                for (int r = 0; r < TILE_ROWS / 2; r++) pairs[r * HELD_COLUMNS * CHANNELS + i] = 0;
+        }
+    for (int sample = thread; !PACKED && sample < width; sample += THREADS) {
         const int first_sample = origin * CHANNELS + sample;
         ColumnSum* const column = sums + sample;
         if (first_sample < 0 || first_sample >= columns * CHANNELS) {
@@ -230,34 +343,55 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
     __syncthreads();
 
     constexpr int SEGMENTS = TILE_COLUMNS / SEGMENT;
-    for (int part = thread; part < TILE_ROWS * SEGMENTS * CHANNELS; part += THREADS) {
-        const int channel = part % CHANNELS, segment = part / CHANNELS % SEGMENTS, r = part / CHANNELS / SEGMENTS;
-        const int first = column0 + segment * SEGMENT, row = row0 + r;
+    constexpr int SIDE_BY_SIDE = PACKED ? 2 : 1, TOGETHER = PAIRED ? 2 : 1;
+    typedef Chosen<PAIRED, unsigned, LineSum>::Type Sum;
+    typedef Chosen<PAIRED, unsigned, ColumnSum>::Type Held;
+    for (int part = thread; part < TILE_ROWS / TOGETHER * SEGMENTS * CHANNELS; part += THREADS) {
+        const int channel = part % CHANNELS, segment = part / CHANNELS % SEGMENTS;
+        const int r = part / CHANNELS / SEGMENTS * TOGETHER, first = column0 + segment * SEGMENT, row = row0 + r;
         if (row >= row_stop || first >= column_stop) continue;
         // In constant places the compiler sees that first is a whole number of lenses.
         const int place0 = first_place(WHOLE_LENSES ? 0 : first);
         const int lens0 = (WHOLE_LENSES ? STEP * first : 0) - origin;
-        const ColumnSum* const line = sums + r * HELD_COLUMNS * CHANNELS + channel;
+        constexpr int HELD_BESIDE = SIDE_BY_SIDE / TOGETHER;
+        const Held* const line = (const Held*)(sums + r % SIDE_BY_SIDE) +
+                                 (r / SIDE_BY_SIDE * HELD_COLUMNS * CHANNELS + channel) * HELD_BESIDE;
         Pixel* const target = picture + (r * TILE_COLUMNS + segment * SEGMENT) * CHANNELS + channel;
         const LineSum row_weight = NORMALISED ? LineSum(reached_rows[row]) * SCALE * SCALE : 1;
-        run_of_sums<LineSum, SEGMENT>(
+        unsigned upper[4], lower[4];
+        run_of_sums<Sum, SEGMENT>(
             first, column_outputs,
             [&](int i) {
-                LineSum sum = 0;
+                Sum sum = 0;
                 const int place = place0 + STEP * i, first_view = FIRST_VIEW[rest_of(place)];
                 if (first_view < 0) return sum;
 #pragma unroll (UNROLLED ? GROUPS : 1)
                 for (int view = 0; view < GROUPS; view++) {
                     const int held = lens0 + place - (first_view + view * VIEWS_APART) * (SHIFT - 1);
-                    if (PADDED || (held >= 0 && held < end - origin)) sum += line[held * CHANNELS];
+                    if (PADDED || (held >= 0 && held < end - origin)) sum += line[held * CHANNELS * HELD_BESIDE];
                 }
                 return sum;
             },
             [&](int k) { return k >= 0 && k < column_outputs && (!NORMALISED || reached_columns[k] == FULL); },
-            [&](int i, LineSum sum) {
-                const int k = first + i;
-                const LineSum weight = NORMALISED && k < column_outputs ? row_weight * LineSum(reached_columns[k]) : 1;
-                target[i * CHANNELS] = quotient(sum, weight);
+            [&](int i, Sum sum) {
+                if constexpr (PAIRED) {
+                    // Exact: numbers have 16 bits, and what the inverse has too much is below its divisor, of 8 bits.
+                    constexpr unsigned inverse = unsigned(((1 << 24) + WHOLE - 1) / WHOLE), half = WHOLE / 2 * inverse;
+                    upper[i % 4] = (sum & 0xffff) * inverse + half;
+                    lower[i % 4] = (sum >> 16) * inverse + half;
+                    if constexpr (CHANNELS == 1) {
+                        if (i % 4 < 3) return;
+                        *(unsigned*)(target + i - 3) = highest_bytes(upper);
+                        *(unsigned*)(target + TILE_COLUMNS + i - 3) = highest_bytes(lower);
+                    } else {
+                        target[i * CHANNELS] = upper[i % 4] >> 24;
+                        target[(TILE_COLUMNS + i) * CHANNELS] = lower[i % 4] >> 24;
+                    }
+                } else {
+                    const int k = first + i;
+                    const LineSum weight = NORMALISED && k < column_outputs ? row_weight * LineSum(reached_columns[k]) : 1;
+                    target[i * CHANNELS] = quotient(sum, weight);
+                }
             });
     }
     __syncthreads();
@@ -294,8 +428,8 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
         const Pixel* const from = picture + (r * TILE_COLUMNS + left - column0) * CHANNELS;
         Pixel* const to = out + ((long long)(row0 + r - row_start) * width_out + left - column_start) * CHANNELS;
         if (!sharpest) {
-            const int place = int((const unsigned char*)from - memory);
-            copy_line(memory, place, (unsigned char*)to, samples * int(sizeof(Pixel)), thread % 32);
+            const unsigned place = unsigned((const unsigned char*)from - memory);
+            copy_line(memory, place, (unsigned char*)to, samples * unsigned(sizeof(Pixel)), unsigned(thread) % 32);
             continue;
         }
         const unsigned char* const of_lenses = sharpest + (row0 + r) / M * lens_columns;

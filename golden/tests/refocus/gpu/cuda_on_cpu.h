@@ -22,6 +22,10 @@ struct Place {
     unsigned x, y, z;
 };
 
+struct uint4 {
+    unsigned x, y, z, w;
+};
+
 static Place threadIdx, blockIdx;
 
 static constexpr size_t STACK_BYTES = 1 << 18;
@@ -46,7 +50,15 @@ static int __syncthreads_or(int here)
 
 static unsigned __funnelshift_r(unsigned low, unsigned high, int bits)
 {
-    return unsigned(((unsigned long long)high << 32 | low) >> bits);
+    return unsigned(((unsigned long long)high << 32 | low) >> (bits & 31));
+}
+
+static unsigned __byte_perm(unsigned low, unsigned high, unsigned chosen)
+{
+    const unsigned long long bytes = (unsigned long long)high << 32 | low;
+    unsigned result = 0;
+    for (int n = 0; n < 4; n++) result |= unsigned(bytes >> 8 * (chosen >> 4 * n & 7) & 0xff) << 8 * n;
+    return result;
 }
 
 template <class Number>

@@ -42,6 +42,9 @@ KINDS = [
     (slice_of(34, 9), 20_000),
     # A weight of more than 33 bits.
     (slice_of(9, 4, order=3, units=4), 20_000),
+    # Four columns and two rows at once, where views meet; four columns alone.
+    (slice_of(4, 6, channels=3), 20_000),
+    (slice_of(16, -7, order=1, normalise=True), 20_000),
 ]
 
 
@@ -77,9 +80,11 @@ def by_kernel(run, kind, tile, raw, region):
         for n in raw.shape[:2]
     ]
     weights = [np.ascontiguousarray(weight[:: kind.step], np.int64) for weight in reached]
-    down, across, pixels, picture = (
-        array.ctypes.data for array in (*weights, np.ascontiguousarray(raw), out)
-    )
+    # Frames begin and end at any byte.
+    memory = np.full(raw.nbytes + 8, 255, np.uint8)
+    frame = memory[2 + len(region[0]) % 2 * (2 - raw.itemsize) :][: raw.nbytes].view(raw.dtype)
+    frame[:] = raw.ravel()
+    down, across, pixels, picture = (array.ctypes.data for array in (*weights, frame, out))
     ends = (end for part in region for end in (part.start, part.stop))
     numbers = (pixels, picture, down, across, 0, 0, *raw.shape[:2], *ends, 0)
     run(tile.blocks(1, region), tile.threads, tile.shared_bytes, numbers)
