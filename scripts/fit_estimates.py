@@ -15,16 +15,16 @@ from plenofir.fpga.families import Family
 from plenofir.fpga.names import DEFAULT_ENGINE
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.resources.record import ECP5_SLOWEST, Weights, load_record
-from plenofir.plan.designs import (
+from plenofir_studies import engine_cells
+from plenofir_studies.counted_cores import counted_cores
+from plenofir_studies.drawn_cores import CHECKED, FITTED, drawn_cores
+from plenofir_studies.recorded_designs import (
     CORE,
     compared_designs,
     core_designs,
     designs,
     grey_core,
 )
-from plenofir_studies import engine_cells
-from plenofir_studies.counted_cores import counted_cores
-from plenofir_studies.drawn_cores import CHECKED, FITTED, drawn_cores
 from plenofir_studies.records import save_record
 
 # Small designs that are placed besides the scenes: kind, M, a', rows at once.

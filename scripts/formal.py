@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Literal
 
 from plenofir.fpga import hdl
-from plenofir.fpga.synthesis.part_wrapper import TOP, with_part, wrapped
 from plenofir.fpga.tools.dumps import Dump
 from plenofir.fpga.tools.synthesis import Generics, run_yosys, write_verilog, yosys_version
 from plenofir.ground import project
@@ -19,6 +18,11 @@ from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.operator import output_offset
 from plenofir.refocus.sum_lanes import LaneLayout
 from plenofir.refocus.switches import FilterLayout
+from plenofir_studies.part_wrapper import (
+    TOP,
+    with_part,
+    wrapped,
+)
 
 # Invariants for the induction of a `RingProof`.
 _RING_SIGNALS = (

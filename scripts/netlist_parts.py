@@ -9,14 +9,17 @@ from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 
-from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
+from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.synthesis.spartan6 import TMDS_ENDS
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 
 # Entities that are counted, with the name of the part.
 _ENTITIES = {
-    **{entity: part for engine in SLICE_ENGINES.values() for entity, part in engine.PARTS.items()},
+    "fir_stage": "stages",
+    "switched_fir": "filters",
+    "moving_sum_stage": "moving sums",
+    "lane_stage": "moving sums",
     "stored_product": "stored products",
     "lens_sharpener": "sharpeners",
     "divide_round": "dividers",
@@ -73,7 +76,11 @@ def count_parts(verilog: str, top: str) -> dict[str, int]:
 def needed_parts(core: CoreConfiguration) -> dict[str, int]:
     """Expected number of each of the `PARTS` of a core; no TMDS ends."""
     lanes = core.channels * core.parallel_rows * core.pixels_per_clock
-    parts = core.slice_engine.netlist_parts(core)
+    parts = {"moving sums": 2 * core.passes}
+    if isinstance(core.engine, FirEngine):
+        filters = 2 * core.passes * lanes
+        taps = 2 * lanes * core.engine.taps(core)
+        parts = {"stages": 2 * core.passes, "filters": filters, "taps": taps}
     if core.normalises:
         # The weights are moving sums, and one of the dividers has all channels of a pixel.
         parts["moving sums"] = parts.get("moving sums", 0) + 2 * core.passes

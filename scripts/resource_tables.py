@@ -27,15 +27,6 @@ from plenofir.fpga.sensors import IMX219_MODES
 from plenofir.fpga.synthesis.spartan6 import TMDS_ENDS
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
-from plenofir.plan.designs import (
-    SENSORS,
-    Design,
-    core_designs,
-    lane_part_designs,
-    scene_designs,
-    sensor_design,
-    stack_designs,
-)
 from plenofir.plan.omissions import full_core
 from plenofir.plan.placements import recorded_beside_full
 from plenofir_studies.engine_cells import (
@@ -47,6 +38,15 @@ from plenofir_studies.engine_cells import (
     placed_cells,
     shown_shifts,
     widest,
+)
+from plenofir_studies.recorded_designs import (
+    SENSORS,
+    Design,
+    core_designs,
+    lane_part_designs,
+    scene_designs,
+    sensor_design,
+    stack_designs,
 )
 from plenofir_studies.records import load_builds
 from table_text import put, table

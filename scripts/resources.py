@@ -4,8 +4,8 @@
 Usage: python scripts/resources.py COMMAND [NAMES]. The record is data/resources.json
 (plenofir.fpga.resources.record) where no other file is named. The commands:
 
-figures synthesises the designs of plenofir.plan.designs for Spartan-6 (JOBS at once); names of
-  designs, all if there are none.
+figures synthesises the designs of plenofir_studies.recorded_designs for Spartan-6 (JOBS at
+  once); names of designs, all if there are none.
 compare synthesises and places the cells of the comparison of both engines that the record lacks;
   parts of their names; --again measures anew.
 devices places the cores of the shipped scenes on the devices of plenofir.fpga.synthesis.placers
@@ -66,7 +66,20 @@ from plenofir.ground.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError,
 from plenofir.ground.files import publish_files
 from plenofir.plan.board_build import build_scene
 from plenofir.plan.configure import configure
-from plenofir.plan.designs import (
+from plenofir.plan.loaded_scene import load_scene, scene_files
+from plenofir.plan.plan import Plan
+from plenofir.plan.planner import make_plan
+from plenofir.plan.scene_top import TOP
+from plenofir.plan.synthesised import (
+    is_nextpnr_board,
+    is_stack_core,
+)
+from plenofir_studies import energy, engine_cells, many_pixels, systolic
+from plenofir_studies.counted_cores import COUNTED, counted_cores
+from plenofir_studies.drawn_cores import CHECKED, DRAWN_FAMILIES, FITTED, drawn_cores
+from plenofir_studies.placed_cores import place_core as place_on
+from plenofir_studies.placed_ecp5 import make_netlist, place, write_bitstream
+from plenofir_studies.recorded_designs import (
     ARRAY,
     CORE,
     Design,
@@ -74,19 +87,8 @@ from plenofir.plan.designs import (
     core_designs,
     designs,
     grey_core,
-    is_nextpnr_board,
-    is_stack_core,
     stack_core_designs,
 )
-from plenofir.plan.loaded_scene import load_scene, scene_files
-from plenofir.plan.plan import Plan
-from plenofir.plan.planner import make_plan
-from plenofir.plan.scene_top import TOP
-from plenofir_studies import energy, engine_cells, many_pixels, systolic
-from plenofir_studies.counted_cores import COUNTED, counted_cores
-from plenofir_studies.drawn_cores import CHECKED, DRAWN_FAMILIES, FITTED, drawn_cores
-from plenofir_studies.placed_cores import place_core as place_on
-from plenofir_studies.placed_ecp5 import make_netlist, place, write_bitstream
 from plenofir_studies.records import (
     load_builds,
     record_design,

@@ -11,6 +11,29 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 
 
+def array_latency_clocks(core: CoreConfiguration, columns: int) -> int:
+    """Clocks from the array's first pixel in to its first pixel out.
+
+    Bands follow each other without a pause. The latency is floor(D/N) bands until the one with
+    the frame's first line, D columns of the row filter, D mod N (the line's place in its band)
+    skew registers, and the pipeline.
+    """
+    bands, row = divmod(core.delay, core.parallel_rows)
+    return bands * core.band_steps(columns) + core.delay + row + core.array_clocks
+
+
+def array_frame_clocks(core: CoreConfiguration, columns: int, rows: int) -> int:
+    """Clocks of the array for each frame of a sequence."""
+    return -(-rows // core.parallel_rows) * core.band_steps(columns)
+
+
+def array_first_frame_clocks(core: CoreConfiguration, columns: int, rows: int) -> int:
+    """Clocks from the array's first pixel in to the frame's last one out, both included."""
+    bands, row = divmod(rows - 1 + core.delay, core.parallel_rows)
+    tokens = bands * core.band_steps(columns) + columns - 1 + core.delay + row
+    return tokens + core.array_clocks + 1
+
+
 @dataclass(frozen=True)
 class ClockCase:
     """A frame on an array."""
@@ -22,12 +45,12 @@ class ClockCase:
     @property
     def first_frame(self) -> int:
         """Clocks from the first pixel in to the last pixel of the frame out."""
-        return self.core.array_first_frame_clocks(self.columns, self.rows)
+        return array_first_frame_clocks(self.core, self.columns, self.rows)
 
     @property
     def next_frame(self) -> int:
         """Clocks for each following frame."""
-        return self.core.array_frame_clocks(self.columns, self.rows)
+        return array_frame_clocks(self.core, self.columns, self.rows)
 
     @property
     def thesis_first_frame(self) -> int:
@@ -78,7 +101,7 @@ def table(cases: tuple[ClockCase, ...]) -> str:
         lines.append(
             f"| {case.columns} x {case.rows} | {core.micro_image_size} | {core.shifts[0]}"
             f"{' (hold)' if engine.hold else ''} | {core.parallel_rows} "
-            f"| {core.array_latency_clocks(case.columns)} "
+            f"| {array_latency_clocks(core, case.columns)} "
             f"| {case.first_frame} | {case.thesis_first_frame if whole else ''} "
             f"| {case.next_frame} | {case.thesis_next_frame if whole else ''} |"
         )

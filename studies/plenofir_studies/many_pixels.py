@@ -20,10 +20,10 @@ from plenofir.fpga.synthesis.ecp5 import NAMES
 from plenofir.fpga.synthesis.placers import PLACERS
 from plenofir.ground.errors import InputError, ToolError
 from plenofir.plan import Plan, load_scene, make_plan
-from plenofir.plan.designs import CORE
 from plenofir_studies import DATA
 from plenofir_studies.placed_cores import route_core, synthesise_core
 from plenofir_studies.placed_ecp5 import PACKAGE, make_netlist, place
+from plenofir_studies.recorded_designs import CORE
 from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import Columns, table_of
 

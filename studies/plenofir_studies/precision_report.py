@@ -23,6 +23,7 @@ from plenofir.ground import project
 from plenofir.ground.images import read_image
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus, shift_to_text
 from plenofir.refocus.operator import Image
+from plenofir_studies.clock_counts import array_frame_clocks
 from plenofir_studies.methods import (
     Method,
     exact_sums,
@@ -133,7 +134,7 @@ def _cost(field: Field, arithmetic: StoredProductArithmetic | ExactArithmetic) -
     else:
         widths = [(field.m * ((1 << bits) - 1)).bit_length()]
         widths.append(arithmetic.largest_sum(field.m, bits).bit_length())
-    return core.array_frame_clocks(columns, rows), ram, core.taps * sum(widths)
+    return array_frame_clocks(core, columns, rows), ram, core.taps * sum(widths)
 
 
 def measure(field: Field, method: Method) -> Result:

@@ -5,7 +5,7 @@ import random
 from math import gcd
 
 from plenofir.fpga.core.engine import Generics
-from plenofir.fpga.synthesis.part_wrapper import core_call
+from plenofir_studies.part_wrapper import core_call
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 

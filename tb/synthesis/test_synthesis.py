@@ -30,15 +30,15 @@ from plenofir.fpga.tools.synthesis import (
 from plenofir.ground import project
 from plenofir.ground.errors import InputError, ToolError
 from plenofir.plan.configure import configure
-from plenofir.plan.designs import (
+from plenofir.plan.omissions import full_core
+from plenofir_studies.engine_cells import measured_cells
+from plenofir_studies.recorded_designs import (
     CORE,
     Design,
     core_designs,
     designs,
     scene_designs,
 )
-from plenofir.plan.omissions import full_core
-from plenofir_studies.engine_cells import measured_cells
 from plenofir_tb.tools import or_skip
 
 DESIGNS = designs()

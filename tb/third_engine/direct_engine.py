@@ -18,7 +18,6 @@ class DirectEngine(SliceEngine):
 
     COMPONENT: ClassVar[str] = "direct_array"
     UNIT: ClassVar[str] = "lines of pixels"
-    PARTS: ClassVar[dict[str, str]] = {"direct_pass": "passes"}
 
     def _steps(self, raster: Raster) -> int:
         """Lines or pixels that a pass remembers."""
@@ -73,9 +72,6 @@ class DirectEngine(SliceEngine):
 
     def describe(self, raster: Raster, rows: int) -> Iterator[tuple[str, str]]:
         yield "sums", f"direct sums, {self.lines(raster)} lines for each channel"
-
-    def netlist_parts(self, raster: Raster) -> dict[str, int]:
-        return {"passes": 2}
 
     def memories(self, raster: Raster) -> Iterator[Memory]:
         bits = (raster.max_columns - 1).bit_length()

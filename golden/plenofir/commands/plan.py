@@ -284,7 +284,7 @@ def synth(
     scene: Annotated[
         str | None,
         typer.Argument(
-            help="Scene, a TOML file or the name of a shipped one; by default all shipped ones."
+            help="Scene, a TOML file or the name of a shipped one; by default all shipped cores."
         ),
     ] = None,
     out: Annotated[
@@ -303,7 +303,15 @@ def synth(
     from plenofir.ground.files import publish_files
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.configure import configure as write_project
-    from plenofir.plan.designs import designs, is_nextpnr_board, scene_design
+    from plenofir.plan.configure import top_of
+    from plenofir.plan.synthesised import (
+        core_name,
+        core_plan,
+        is_nextpnr_board,
+        shipped_plans,
+        synthesise_plan,
+        takes_a_minute,
+    )
 
     options.require("out", "scene", out is not None and scene is None)
     options.require("device", "scene", device is not None and scene is None)
@@ -320,30 +328,31 @@ def synth(
                 "synthesises it",
                 where=scene,
             )
-        chosen = [scene_design(planned)]
+        chosen = {planned.scene: planned}
     else:
-        chosen = [design for design in designs() if not design.slow]
+        cores = {core_name(plan): core_plan(plan) for plan in shipped_plans()}
+        chosen = {name: plan for name, plan in cores.items() if not takes_a_minute(plan)}
     recorded_figures = load_record().counted_with(ghdl, yosys)
     rows = []
     with steps_bar("synthesis") as show:
-        for number, design in enumerate(chosen):
-            show(design.name, number, len(chosen))
+        for number, (name, plan) in enumerate(chosen.items()):
+            show(name, number, len(chosen))
             with tempfile.TemporaryDirectory(prefix="plenofir-") as work:
-                netlist = design.synthesise(Path(work))
-                if design.plan is not None and scene:
+                netlist = synthesise_plan(plan, Path(work))
+                if scene:
                     publish_files(Path(work), folder)
                     # Written again, because the lists of sources are relative to their folder.
-                    write_project(design.plan, folder)
-            same = recorded_figures.get(design.name)
+                    write_project(plan, folder)
+            same = recorded_figures.get(name)
             state = "" if same is None else "same" if same == netlist.figures else "differs"
-            rows.append((design.name, netlist.figures, state))
+            rows.append((name, netlist.figures, state))
     typer.echo(f"GHDL {ghdl}, Yosys {yosys}")
-    scene_device = chosen[0].plan.chip if scene and chosen[0].plan else DEVICES[DEFAULT_DEVICE]
+    scene_device = planned.chip if scene else DEVICES[DEFAULT_DEVICE]
     # A scene for another family is shown beside the board's device, and need not fit it.
     reference = scene_device if scene_device.family == "spartan6" else DEVICES[DEFAULT_DEVICE]
     _print_figures(rows, reference)
     if scene:
-        top = chosen[0].top
+        top = top_of(planned)
         print_line("files", f"{folder}/: {top}.edif, {top}.netlist.v, yosys.log")
     if scene and reference == scene_device and (over := reference.overflow(rows[0][1].usage)):
         raise InputError(

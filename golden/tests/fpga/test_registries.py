@@ -73,8 +73,6 @@ def test_engines() -> None:
         f"{core}/configuration.py",
         # A stack holds row stages and adders of moving sums, whose waves it shows.
         f"{core}/stack_engine.py",
-        # Designs whose figures are recorded: those that say most of these two engines.
-        "plan/designs.py",
     }
 
 

@@ -16,15 +16,6 @@ from plenofir.fpga.resources.estimate import VIDEO, Estimate, estimate
 from plenofir.fpga.resources.memory import Memory, block_sizes
 from plenofir.fpga.resources.record import ECP5_SLOWEST, Figures, Placed, load_record
 from plenofir.plan import DEVICES, load_scene, make_plan
-from plenofir.plan.designs import (
-    CORE,
-    Design,
-    core_designs,
-    designs,
-    picture_designs,
-    sensor_design,
-    stack_core_designs,
-)
 from plenofir_studies.engine_cells import (
     ENGINES,
     SETS,
@@ -32,6 +23,15 @@ from plenofir_studies.engine_cells import (
     measured_cells,
     placed_cells,
     widest,
+)
+from plenofir_studies.recorded_designs import (
+    CORE,
+    Design,
+    core_designs,
+    designs,
+    picture_designs,
+    sensor_design,
+    stack_core_designs,
 )
 from plenofir_studies.records import load_builds
 

@@ -147,26 +147,6 @@ class CoreConfiguration(Raster):
         fast_bands = shortest_band * self.line_tokens(columns) >= self.band_steps(columns)
         return fast_bands and self.frame_lines(rows) == rows
 
-    def array_latency_clocks(self, columns: int) -> int:
-        """Clocks from the array's first pixel in to its first pixel out.
-
-        Bands follow each other without a pause. The latency is floor(D/N) bands until the one with
-        the frame's first line, D columns of the row filter, D mod N (the line's place in its band)
-        skew registers, and the pipeline.
-        """
-        bands, row = divmod(self.delay, self.parallel_rows)
-        return bands * self.band_steps(columns) + self.delay + row + self.array_clocks
-
-    def array_frame_clocks(self, columns: int, rows: int) -> int:
-        """Clocks of the array for each frame of a sequence."""
-        return -(-rows // self.parallel_rows) * self.band_steps(columns)
-
-    def array_first_frame_clocks(self, columns: int, rows: int) -> int:
-        """Clocks from the array's first pixel in to the frame's last one out, both included."""
-        bands, row = divmod(rows - 1 + self.delay, self.parallel_rows)
-        tokens = bands * self.band_steps(columns) + columns - 1 + self.delay + row
-        return tokens + self.array_clocks + 1
-
     def latency_clocks(self, columns: int, rows: int = MAX_ROWS, frames: int = 1) -> int:
         """Clocks from the core's first pixel taken to its first pixel offered.
 

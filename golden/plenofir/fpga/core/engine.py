@@ -300,8 +300,6 @@ class SliceEngine(Engine):
 
     UNIT: ClassVar[str]
     """What `extent` counts."""
-    PARTS: ClassVar[dict[str, str]]
-    """Entities that are counted in a netlist, and as what (`netlist_parts`)."""
     LARGEST: ClassVar[dict[str, int]] = {}
     """Limits of names in its VHDL, for the linter's arithmetic."""
 
@@ -340,10 +338,6 @@ class SliceEngine(Engine):
     @abstractmethod
     def describe(self, raster: Raster, rows: int) -> Iterator[tuple[str, str]]:
         """Names and values to print, for frames of a number of rows."""
-
-    @abstractmethod
-    def netlist_parts(self, raster: Raster) -> dict[str, int]:
-        """Number of each part of the engine in a netlist, by the names in `PARTS`."""
 
     def fifos(self, raster: Raster, array_clocks: int) -> Iterator[Memory]:
         n, tokens = self.rows_at_once, -(-raster.max_columns // self.pixels_at_once)

@@ -42,7 +42,6 @@ class FirEngine(SliceEngine):
 
     COMPONENT: ClassVar[str] = "fir_array"
     UNIT: ClassVar[str] = "taps"
-    PARTS: ClassVar[dict[str, str]] = {"fir_stage": "stages", "switched_fir": "filters"}
     LARGEST: ClassVar[dict[str, int]] = {"taps": MAX_TAPS}
 
     @property
@@ -169,14 +168,6 @@ class FirEngine(SliceEngine):
             f"channel ({self.line_buffer_bits(raster) / 1024:.0f} Kbit in all)"
             f"{', outputs held' if self.hold else ''}",
         )
-
-    def netlist_parts(self, raster: Raster) -> dict[str, int]:
-        lanes = raster.channels * self.parallel_rows
-        return {
-            "stages": 2 * raster.passes,
-            "filters": 2 * raster.passes * lanes,
-            "taps": 2 * lanes * self.taps(raster),
-        }
 
     def memories(self, raster: Raster) -> Iterator[Memory]:
         lanes = self.parallel_rows * raster.channels

@@ -67,10 +67,6 @@ class MovingSumEngine(SliceEngine):
 
     COMPONENT: ClassVar[str] = "moving_sum_array"
     UNIT: ClassVar[str] = "lines of pixels"
-    PARTS: ClassVar[dict[str, str]] = {
-        "moving_sum_stage": "moving sums",
-        "lane_stage": "moving sums",
-    }
     # LUTs and flip-flops of each part (scripts/resources.py fit).
 
     def layout(self, raster: Raster, number: int = 0) -> SumLayout:
@@ -198,9 +194,6 @@ class MovingSumEngine(SliceEngine):
                 f"{rows}, no multiple of {raster.micro_image_size}: frames without blank lines "
                 f"between them, for {more} lines of pixels more",
             )
-
-    def netlist_parts(self, raster: Raster) -> dict[str, int]:
-        return {"moving sums": 2 * raster.passes}
 
     def memories(self, raster: Raster) -> Iterator[Memory]:
         for number in range(2 * raster.passes):

@@ -14,9 +14,8 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.resources.estimate import Block
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.fpga.synthesis.part_wrapper import TOP, core_call, literal, with_part, wrapped
 from plenofir.fpga.synthesis.spartan6 import Netlist, synthesise
-from plenofir.plan.configure import configure, top_of
+from plenofir.plan.configure import top_of
 from plenofir.plan.loaded_scene import load_scene, scene_files
 from plenofir.plan.omissions import full_core
 from plenofir.plan.plan import Plan
@@ -25,6 +24,16 @@ from plenofir.plan.scene_screen import scene_overlay, slice_colours
 from plenofir.plan.sensor.resampler import ResamplerConfiguration, SensorLogic
 from plenofir.plan.sensor.sensor_bench import CORE as SENSOR
 from plenofir.plan.sensor.sensor_bench import sensor_generics
+from plenofir.plan.synthesised import (
+    core_name,
+    core_plan,
+    is_nextpnr_board,
+    is_stack_core,
+    shipped_plans,
+    synthesise_plan,
+    takes_a_minute,
+)
+from plenofir_studies.part_wrapper import TOP, core_call, literal, with_part, wrapped
 
 CORE = "raster_refocuser"
 ARRAY = "fir_array"
@@ -59,9 +68,7 @@ class Design:
     def synthesise(self, directory: Path) -> Netlist:
         """Synthesise it for Spartan-6 in an empty folder."""
         if self.plan is not None:
-            sources = configure(self.plan, directory)
-            board = self.plan.path != "core"
-            return synthesise(sources, self.top, {}, directory, board=board)
+            return synthesise_plan(self.plan, directory)
         if self.wrapper:
             sources = with_part(hdl.hdl_sources(), self.wrapper, directory)
             return synthesise(sources, TOP, {}, directory)
@@ -70,31 +77,13 @@ class Design:
 
 
 def scene_design(plan: Plan) -> Design:
-    # Boards, cores of several pixels a clock and sensors take a minute and more.
-    core = plan.core
-    many = core.parallel_rows > 1 or core.pixels_per_clock > 1
-    slow = plan.path != "core" or many or plan.sensor is not None
-    return Design(plan.scene, plan.core, top_of(plan), plan=plan, slow=slow)
+    return Design(plan.scene, plan.core, top_of(plan), plan=plan, slow=takes_a_minute(plan))
 
 
 @cache
 def scene_designs() -> tuple[Design, ...]:
-    """Design of each shipped scene: a core, or the whole board.
-
-    Boards for nextpnr are not among them: their builds are recorded; nor are cores
-    with all slices at once, which are larger than a Spartan-6.
-    """
-    plans = (make_plan(load_scene(file)) for file in scene_files())
-    return tuple(
-        scene_design(plan)
-        for plan in plans
-        if not is_nextpnr_board(plan) and not is_stack_core(plan)
-    )
-
-
-def is_stack_core(plan: Plan) -> bool:
-    """Whether a scene is a core with all slices at once: wider than a device has pins."""
-    return plan.path == "core" and plan.screen.needs_stack
+    """Design of each of the `shipped_plans`."""
+    return tuple(map(scene_design, shipped_plans()))
 
 
 def stack_core_designs() -> Iterator[Design]:
@@ -104,23 +93,13 @@ def stack_core_designs() -> Iterator[Design]:
             yield scene_design(plan)
 
 
-def is_nextpnr_board(plan: Plan) -> bool:
-    """Whether nextpnr makes a scene's bitstream, so that it has no netlist for Spartan-6."""
-    return plan.path != "core" and plan.chip.family != "spartan6"
-
-
 def core_designs() -> Iterator[Design]:
     """Core of each shipped scene without a sensor, with path "core" instead of its video path."""
     for design in scene_designs():
         plan = design.plan
         assert plan is not None
-        if plan.sensor is not None:
-            continue
-        if plan.path == "core":
-            yield design
-        else:
-            core = scene_design(plan.model_copy(update={"path": "core"}))
-            yield replace(core, name=f"{plan.scene} core")
+        if plan.sensor is None:
+            yield replace(scene_design(core_plan(plan)), name=core_name(plan))
 
 
 def full_plan(plan: Plan) -> Plan:
