@@ -21,8 +21,9 @@ _SEGMENT_OUTPUTS = 32
 _ROW_CHOICES = (1, 2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 32)
 _THREAD_CHOICES = (128, 256, 384, 512)
 _BOTH = True, False
-# The last word of a picture is read with the one behind it.
 _WORD = 4
+# Words with the last samples of a picture are read with the one behind them.
+_BEHIND_BYTES = 2 * _WORD
 LENS_THREADS = 128
 """Threads of a block that works on lenses."""
 
@@ -158,7 +159,7 @@ def _tile(
         held = -(-(held + _WORD - 1) // _WORD) * _WORD
     samples = height * channels
     lines = -(-_BYTES[offset_type] * run_steps(slice_, height) // 16) * 16
-    shared = lines + samples * (held * column_bytes + width * pixel_bytes) + _WORD
+    shared = lines + samples * (held * column_bytes + width * pixel_bytes) + _BEHIND_BYTES
     if shared > shared_limit:
         return None
     # Threads without work wait for the others.

@@ -11,19 +11,23 @@
 //   WEIGHT[SLICES]       weight of a slice's sharpness, in sixteenths
 //   STEPS[SLICES + 1]    distance of a slice from the one before, 1 outside of the stack
 
-// Absolute Laplacian between lenses, summed over the window; lenses beyond the edges are skipped.
+// Absolute Laplacian between lenses, summed over the window; lenses beyond the edges are skipped. INNER: there are none,
+// so that the compiler reads each number once.
+template <bool INNER>
 __device__ inline long long sharpness(const long long* luma, int t, int s, int rows, int columns)
 {
     long long total = 0;
+#pragma unroll (INNER && RADIUS < 3 ? 2 * RADIUS + 1 : 1)
     for (int y = t - RADIUS; y <= t + RADIUS; y++)
+#pragma unroll (INNER && RADIUS < 3 ? 2 * RADIUS + 1 : 1)
         for (int x = s - RADIUS; x <= s + RADIUS; x++) {
-            if (y < 0 || y >= rows || x < 0 || x >= columns) continue;
+            if (!INNER && (y < 0 || y >= rows || x < 0 || x >= columns)) continue;
             const long long* const lens = luma + (long long)y * columns + x;
             long long laplacian = 0;
-            if (y > 0) laplacian += lens[0] - lens[-columns];
-            if (y < rows - 1) laplacian += lens[0] - lens[columns];
-            if (x > 0) laplacian += lens[0] - lens[-1];
-            if (x < columns - 1) laplacian += lens[0] - lens[1];
+            if (INNER || y > 0) laplacian += lens[0] - lens[-columns];
+            if (INNER || y < rows - 1) laplacian += lens[0] - lens[columns];
+            if (INNER || x > 0) laplacian += lens[0] - lens[-1];
+            if (INNER || x < columns - 1) laplacian += lens[0] - lens[1];
             total += laplacian < 0 ? -laplacian : laplacian;
         }
     return total;
@@ -36,11 +40,15 @@ find_sharpest(const long long* __restrict__ lens_sums, unsigned char* index, uns
 {
     const int lens = blockIdx.x * THREADS + threadIdx.x;
     if (lens >= rows * columns) return;
+    const int t = lens / columns, s = lens % columns;
+    const bool inner = t > RADIUS && t < rows - RADIUS - 1 && s > RADIUS && s < columns - RADIUS - 1;
     long long most = 0, least = 0, before = 0, after = 0, last = 0;
     int best = 0;
     for (int n = 0; n < SLICES; n++) {
         const long long* const luma = lens_sums + (long long)n * rows * columns;
-        const long long here = sharpness(luma, lens / columns, lens % columns, rows, columns) * WEIGHT[n] >> 4;
+        const long long around = inner ? sharpness<true>(luma, t, s, rows, columns)
+                                       : sharpness<false>(luma, t, s, rows, columns);
+        const long long here = around * WEIGHT[n] >> 4;
         if (n == 0) most = least = before = after = here;
         if (best == n - 1) after = here;
         if (here > most) {

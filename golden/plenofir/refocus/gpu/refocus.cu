@@ -229,6 +229,45 @@ __device__ inline void sums_of_words(Words words, const Offset* entering, long l
         });
 }
 
+constexpr int LENS_SAMPLES = M * CHANNELS;
+constexpr int LENS_WORDS = (LENS_SAMPLES + 6) / 4;
+
+// Weights of the luma for four samples of a lens from 4 `word` on; 0 outside of the lens.
+__device__ constexpr unsigned luma_weights(int word)
+{
+    unsigned weights = 0;
+    for (int i = 4 * word; i < 4 * word + 4; i++)
+        if (i >= 0 && i < LENS_SAMPLES) weights |= (CHANNELS > 1 && i % CHANNELS == 1 ? 2u : 1u) << i % 4 * 8;
+    return weights;
+}
+
+// Luma of some lines of a lens in the tile's picture; `samples` of a line are in the whole picture.
+__device__ inline unsigned long long luma(const Pixel* from, int lines, int samples)
+{
+    // A whole lens lies in some words, at the same bytes in all lines.
+    if constexpr (sizeof(Pixel) == 1 && UNROLLED && TILE_COLUMNS * CHANNELS % 4 == 0) {
+        if (samples == LENS_SAMPLES) {
+            const int ahead = int((unsigned long long)from & 3);
+            unsigned weights[LENS_WORDS], sum = 0;
+#pragma unroll
+            for (int w = 0; w < LENS_WORDS; w++)
+                weights[w] = __funnelshift_l(luma_weights(w - 1), luma_weights(w), 8 * ahead);
+            const unsigned* line = (const unsigned*)(from - ahead);
+            for (int r = 0; r < lines; r++, line += TILE_COLUMNS * CHANNELS / 4)
+#pragma unroll
+                for (int w = 0; w < LENS_WORDS; w++) sum = __dp4a(line[w], weights[w], sum);
+            return sum;
+        }
+    }
+    unsigned long long sum = 0;
+    for (int r = 0; r < lines; r++, from += TILE_COLUMNS * CHANNELS) {
+        unsigned of_line = 0;
+        for (int i = 0; i < samples; i++) of_line += CHANNELS > 1 && i % CHANNELS == 1 ? 2 * from[i] : from[i];
+        sum += of_line;
+    }
+    return sum;
+}
+
 // Makes tile `tile_column` of its line of tiles, of slice `number` of the stack; see stack.cu for the others.
 __device__ __forceinline__ void tile(int number, int first_slice, int tile_column, unsigned char* memory, const Pixel* __restrict__ x,
                                      Pixel* __restrict__ out, const long long* __restrict__ reached_rows,
@@ -396,8 +435,8 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
     }
     __syncthreads();
 
-    if (lens_sums) {
-        // Luma of each lens, as far as it lies in the tile.
+    if (lens_sums || sharpest) {
+        // Each lens, as far as it lies in the tile.
         for (int part = thread; part < LENS_ROWS * LENSES; part += THREADS) {
             const int t = row0 / M + part / LENSES, lens = part % LENSES, left = column0 + lens * M;
             const int top = t * M > row0 ? t * M - row0 : 0;
@@ -406,15 +445,22 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
             if (bottom > bottom_here) bottom = bottom_here;
             const int right = left + M < columns ? M : columns - left;
             if (top >= bottom || right <= 0) continue;
-            unsigned long long sum = 0;
-            for (int r = top; r < bottom; r++) {
-                const Pixel* const line = picture + (r * TILE_COLUMNS + lens * M) * CHANNELS;
-                unsigned of_line = 0;
-                for (int i = 0; i < right * CHANNELS; i++) of_line += CHANNELS > 1 && i % CHANNELS == 1 ? 2 * line[i] : line[i];
-                sum += of_line;
+            const int place = t * lens_columns + first_lens + lens;
+            const Pixel* from = picture + (top * TILE_COLUMNS + lens * M) * CHANNELS;
+            if (lens_sums) {
+                const unsigned long long sum = luma(from, bottom - top, right * CHANNELS);
+                atomicAdd(lens_sums + (long long)number * ((rows + M - 1) / M) * lens_columns + place, sum);
+            } else if (sharpest[place] == first_slice + number) {
+                Pixel* to = out + (Offset(row0 + top) * columns + left) * CHANNELS;
+                for (int r = top; r < bottom; r++, from += TILE_COLUMNS * CHANNELS, to += columns * CHANNELS) {
+                    if (right == M) {
+#pragma unroll (UNROLLED ? LENS_SAMPLES : 1)
+                        for (int i = 0; i < LENS_SAMPLES; i++) to[i] = from[i];
+                    } else {
+                        for (int i = 0; i < right * CHANNELS; i++) to[i] = from[i];
+                    }
+                }
             }
-            const long long place = (long long)number * ((rows + M - 1) / M) + t;
-            atomicAdd(lens_sums + place * lens_columns + first_lens + lens, sum);
         }
         return;
     }
@@ -423,17 +469,11 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
     const int left = column0 > column_start ? column0 : column_start;
     const int right = column0 + TILE_COLUMNS < column_stop ? column0 + TILE_COLUMNS : column_stop;
     const int samples = (right - left) * CHANNELS, width_out = column_stop - column_start;
-    if (!sharpest) out += (long long)number * (row_stop - row_start) * width_out * CHANNELS;
+    out += (long long)number * (row_stop - row_start) * width_out * CHANNELS;
     for (int r = thread / 32; r < TILE_ROWS && row0 + r < row_stop; r += THREADS / 32) {
         const Pixel* const from = picture + (r * TILE_COLUMNS + left - column0) * CHANNELS;
         Pixel* const to = out + ((long long)(row0 + r - row_start) * width_out + left - column_start) * CHANNELS;
-        if (!sharpest) {
-            const unsigned place = unsigned((const unsigned char*)from - memory);
-            copy_line(memory, place, (unsigned char*)to, samples * unsigned(sizeof(Pixel)), unsigned(thread) % 32);
-            continue;
-        }
-        const unsigned char* const of_lenses = sharpest + (row0 + r) / M * lens_columns;
-        for (int i = thread % 32; i < samples; i += 32)
-            if (of_lenses[(left + i / CHANNELS) / M] == first_slice + number) to[i] = from[i];
+        const unsigned place = unsigned((const unsigned char*)from - memory);
+        copy_line(memory, place, (unsigned char*)to, samples * unsigned(sizeof(Pixel)), unsigned(thread) % 32);
     }
 }

@@ -53,6 +53,17 @@ static unsigned __funnelshift_r(unsigned low, unsigned high, int bits)
     return unsigned(((unsigned long long)high << 32 | low) >> (bits & 31));
 }
 
+static unsigned __funnelshift_l(unsigned low, unsigned high, int bits)
+{
+    return unsigned(((unsigned long long)high << 32 | low) << (bits & 31) >> 32);
+}
+
+static unsigned __dp4a(unsigned bytes, unsigned weights, unsigned sum)
+{
+    for (int n = 0; n < 32; n += 8) sum += (bytes >> n & 0xff) * (weights >> n & 0xff);
+    return sum;
+}
+
 static unsigned __byte_perm(unsigned low, unsigned high, unsigned chosen)
 {
     const unsigned long long bytes = (unsigned long long)high << 32 | low;
