@@ -184,7 +184,7 @@ struct Words {
     template <bool INSIDE>
     __device__ Four at(unsigned place) const
     {
-        const unsigned* const word = first + (place >> 5);
+        const unsigned* const word = (const unsigned*)((const char*)first + (place >> 3 & ~3u));
         // The word behind the last sample is not the frame's.
         const unsigned next = INSIDE || word + 1 < end ? word[1] : 0;
         const unsigned four = __funnelshift_r(word[0], next, int(place));
