@@ -300,6 +300,14 @@ def test_what_is_no_file(tmp_path: Path) -> None:
             read_image(path)
 
 
+def test_a_text_names_a_file_as_a_path_does(tmp_path: Path) -> None:
+    name = str(tmp_path / "grey.png")
+    write_png(name, GREY)
+    assert (read_image(name) == GREY).all()
+    with pytest.raises(InputError, match="no such file"):
+        read_picture(f"{name}x")
+
+
 @pytest.mark.parametrize(
     ("kind", "channels", "match"),
     [

@@ -4,6 +4,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -18,6 +19,7 @@ from plenofir import InputError
 from plenofir.fpga.hdl import board_sources, model_sources
 from plenofir.ground import project
 from plenofir.ground.images import read_image, write_png
+from plenofir.plan.project_files import TOOLS
 from plenofir.refocus import refocus
 
 # Folders whose files are all read.
@@ -158,15 +160,28 @@ def test_components_of_a_scene_from_an_installation(call, tmp_path: Path) -> Non
     assert "interrupt_mask" in (tmp_path / "components" / "refocuser_axi.xml").read_text()
 
 
+# Tool: scene, device and its constraints or script, for all tools, and a board that one builds.
 PROJECTS = {
-    "vivado": ("xc7z020", "scene_top.xdc"),
-    "quartus": ("5ceba4", "scene_top.sdc"),
-    "radiant": ("lifcl-40", "scene_top.pdc"),
-    "gowin": ("gw2ar-18", "scene_top.sdc"),
-    "diamond": ("lfe5u-45f", "scene_top.lpf"),
-    "ise": ("xc6slx9", "scene_top.ucf"),
-    "ipxact": ("xc7z010", "package_ip.tcl"),
+    "vivado": ("grey-microscope", "xc7z020", "scene_top.xdc"),
+    "quartus": ("grey-microscope", "5ceba4", "scene_top.sdc"),
+    "radiant": ("grey-microscope", "lifcl-40", "scene_pins.pdc"),
+    "gowin": ("grey-microscope", "gw2ar-18", "scene_pins.sdc"),
+    "diamond": ("grey-microscope", "lfe5u-45f", "scene_pins.lpf"),
+    "ise": ("grey-microscope", "xc6slx9", "scene_pins.ucf"),
+    "gatemate": ("rgb-480p", "ccgm1a1", "scene_pins.ccf"),
+    "trellis": ("grey-microscope", "lfe5u-12f", "scene_pins.lpf"),
+    "ipxact": ("grey-microscope", "xc7z010", "package_ip.tcl"),
 }
+BOARD_PROJECT = ("pynqz2-720p", "xc7z020", "pynqz2_top.xdc")
+
+
+def analyses(folder: Path, sources: list[str], work: Path) -> None:
+    """GHDL takes the sources of a project in their order; those of a board with its primitives."""
+    ghdl = ["ghdl", "-a", "--std=93", f"--workdir={work}", f"-P{work}"]
+    models = [str(model) for model in model_sources()]
+    for words in ([*ghdl, "--work=unisim", *models], [*ghdl, *sources]):
+        done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.slow
@@ -182,16 +197,28 @@ def test_projects_from_the_wheel_in_an_empty_environment(tmp_path: Path) -> None
     if "No matching distribution" in done.stderr or "Could not fetch URL" in done.stderr:
         pytest.skip("the package index cannot be reached")
     assert done.returncode == 0, done.stderr
-    for tool, (device, file) in PROJECTS.items():
-        words = ("project", "grey-microscope", "--tool", tool, "--device", device, "--out", tool)
+    assert set(PROJECTS) == {*TOOLS, "ipxact"}
+    ghdl = shutil.which("ghdl")
+    for tool, (scene, device, file) in (*PROJECTS.items(), ("vivado", BOARD_PROJECT)):
+        verilog = tool in TOOLS and TOOLS[tool].verilog
+        if verilog and ghdl is None:
+            continue
+        out = f"{scene}-{tool}"
+        words = ("project", scene, "--tool", tool, "--device", device, "--out", out)
         done = subprocess.run(
             [programs / "plenofir", *words],
             cwd=tmp_path,
-            env={"HOME": str(tmp_path), "PATH": ""},
+            env={"HOME": str(tmp_path), "PATH": str(Path(str(ghdl)).parent) if verilog else ""},
             capture_output=True,
             text=True,
             check=False,
         )
-        assert (done.returncode, done.stderr) == (0, ""), tool
-        names = {path.name for path in (tmp_path / tool).iterdir()}
-        assert {file, "README", "raster_refocuser.vhd"} <= names, tool
+        assert (done.returncode, done.stderr) == (0, ""), out
+        names = {path.name for path in (tmp_path / out).iterdir()}
+        listed = re.findall(r"^  (\S+)$", (tmp_path / out / "README").read_text(), re.M)
+        assert {file, "README", *listed} <= names, out
+        sources = [name for name in listed if name.endswith(".vhd")]
+        assert verilog or tool == "ipxact" or {"refocuser.vhd", file} <= {*listed}, out
+        if sources and ghdl is not None:
+            (tmp_path / f"{out}-work").mkdir()
+            analyses(tmp_path / out, sources, tmp_path / f"{out}-work")

@@ -296,7 +296,7 @@ _READERS: tuple[tuple[bytes, Callable[[bytes], Picture]], ...] = (
 )
 
 
-def read_picture(path: Path, *, drop_alpha: bool = False, as_stored: bool = False) -> Picture:
+def read_picture(path: str | Path, *, drop_alpha: bool = False, as_stored: bool = False) -> Picture:
     """Read an image, upright, with the meaning of its values.
 
     `as_stored`: in the sensor's own rows and columns, its orientation untouched, as calibrations
@@ -305,7 +305,7 @@ def read_picture(path: Path, *, drop_alpha: bool = False, as_stored: bool = Fals
     images, or its depth or number of channels is not supported.
     """
     where = str(path)
-    picture = _decoded(_content(path), where)
+    picture = _decoded(_content(Path(path)), where)
     image, full_scale = picture.pixels, picture.full_scale
     # Files of 1 or 4 bit are decoded to bytes: as pictures of 8 bit they would be black.
     if 0 < full_scale < 128:
@@ -393,7 +393,7 @@ def _counted(image: npt.NDArray[Any], where: str) -> tuple[Image, int]:
     return values, white
 
 
-def read_image(path: Path, *, as_stored: bool = False) -> Image:
+def read_image(path: str | Path, *, as_stored: bool = False) -> Image:
     """Pixels of `read_picture`."""
     return read_picture(path, as_stored=as_stored).pixels
 
@@ -478,6 +478,6 @@ def encode_picture(suffix: str, image: Image | Picture) -> bytes:
     return file.getvalue()
 
 
-def write_png(path: Path, image: Image | Picture) -> None:
+def write_png(path: str | Path, image: Image | Picture) -> None:
     """Write a PNG with the depth and channels of the array, in one step."""
-    write_file(path, encode_png(image))
+    write_file(Path(path), encode_png(image))

@@ -299,7 +299,11 @@ class Scene(_Part):
         asks = "stack" if self.stack is not None else "screen.output"
         stack = self.stack is not None or (self.screen is not None and self.screen.judges)
         _refuse_first(
-            (self.screen is not None and not video, "screen needs build.path = 'video'"),
+            (
+                self.screen is not None and not video,
+                "screen needs build.path = 'video'; a core alone gives more than the refocused "
+                "picture by [stack]",
+            ),
             (self.device is not None and build.path != "core", "device needs build.path = 'core'"),
             (
                 self.device is not None
