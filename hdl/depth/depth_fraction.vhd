@@ -51,7 +51,8 @@ architecture rtl of depth_fraction is
   constant LENS_BITS  : positive := bits_for(BUILD.lenses - 1);
   constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
   constant DEPTH_BITS : positive := 2 * FRACTION_BITS;
-  constant VOTE_WAIT  : natural  := larger(vote_latency(BUILD.slices, BUILD.vote_radius) - FRACTION_LATENCY, 0);
+  constant VOTE_WAIT  : natural  := larger(vote_latency(BUILD.slices, BUILD.vote_radius, BUILD.boxes) -
+                                           FRACTION_LATENCY, 0);
   -- The first subtraction is in the clock behind READY.
   constant READY : positive := FRACTION_LATENCY - FRACTION_BITS;
 

@@ -16,6 +16,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.index_pkg.all;
 use work.sharpness_pkg.all;
 use work.token_pkg.all;
@@ -49,6 +50,10 @@ entity depth_index is
     PICTURE : boolean := true;
     -- true: the pixel of a chosen slice goes beside the picture.
     CHOSEN_TOO : boolean := false;
+    -- true: each slice comes twice, with its box of M samples and above it with a smaller one. The smaller one comes
+    -- out where a micro image has texture (CONFIDENCE): of its sharpest slice in the picture, of the chosen slice where
+    -- that is the sharpest.
+    SHARP_TOO : boolean := false;
     -- true: the entity pushes the rest of a frame out when nothing follows. false: the next frame does, and frames may
     -- have lines below the picture, see picture_rows.
     FLUSH : boolean := true
@@ -71,7 +76,8 @@ entity depth_index is
     -- AXI4-Stream video, packed as focal_stack's m_axis; pixels behind a line's last one count as zero.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
-    s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
+    s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * SLICES * choose(SHARP_TOO, 2, 1) * CHANNELS *
+                                                PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
     -- The picture. tdata of a pixel, from the low bits: with PICTURE the pixel, channel 0 lowest; 8 bits of the index;
@@ -108,7 +114,8 @@ architecture rtl of depth_index is
                                       pixel_bits       => PIXEL_BITS,
                                       cropped          => not FLUSH,
                                       picture          => PICTURE,
-                                      chosen_too       => CHOSEN_TOO
+                                      chosen_too       => CHOSEN_TOO,
+                                      boxes            => choose(SHARP_TOO, 2, 1)
                                     );
 
   signal order   : frame_order_t;

@@ -19,6 +19,8 @@ package index_pkg is
   type index_build_t is record
     micro_image_size : positive range 2 to 128;
     slices           : positive range 1 to 256;
+    -- Pictures of each slice that come in: 1, with a box of M samples; 2, beside it one with a smaller box.
+    boxes : positive range 1 to 2;
     -- The shift of each slice, for the depth between them.
     shifts : shifts_t;
     -- Longest line in pixels; pixels of a token, at most M; tokens and micro images of the longest line.
@@ -26,10 +28,12 @@ package index_pkg is
     pixels  : positive range 1 to 32;
     tokens  : positive;
     lenses  : positive;
-    -- Channels: 1 (grey) or 3 (RGB); the width of a channel, and of a pixel with all channels.
+    -- Channels: 1 (grey) or 3 (RGB); the width of a channel, of a pixel with all channels, and of a pixel in all
+    -- pictures of all slices.
     channels    : positive range 1 to 3;
     pixel_bits  : positive range 1 to 16;
     pixel_width : positive;
+    stack_width : positive;
     -- Micro images from the middle of a window to its edge: of sharpness, and of the votes.
     radius      : natural range 0 to 8;
     vote_radius : natural range 0 to 4;
@@ -69,7 +73,8 @@ package index_pkg is
     pixel_bits       : positive := 8;
     cropped          : boolean;
     picture          : boolean  := true;
-    chosen_too       : boolean
+    chosen_too       : boolean;
+    boxes            : positive := 1
   ) return index_build_t;
 
   -- The shifts of a stack as a depth between its slices needs them; none, if the text is empty. Stops elaboration if
@@ -98,6 +103,7 @@ package body index_pkg is
     name             : string;
     micro_image_size : positive;
     slices           : positive;
+    boxes            : positive;
     radius           : natural;
     vote_radius      : natural;
     max_columns      : positive;
@@ -126,8 +132,8 @@ package body index_pkg is
              "as one micro image is judged each clock"
       severity failure;
 
-    -- Stored bits: stack: lines of pixels that wait, of all slices; lens_word: what judges each micro image.
-    stack     := slices * channels * pixel_bits * sharpness_delay(micro_image_size, radius, vote_radius);
+    -- Stored bits: stack: lines of pixels that wait, of all pictures; lens_word: what judges each micro image.
+    stack     := slices * boxes * channels * pixel_bits * sharpness_delay(micro_image_size, radius, vote_radius);
     lens_word := slices * (4 * lens_bits(micro_image_size, channels, pixel_bits) +
                            2 * radius * row_sharpness_bits(micro_image_size, channels, pixel_bits, radius)) +
                  (2 * vote_radius + 1) * (bits_for(slices - 1) + 1);
@@ -158,13 +164,15 @@ package body index_pkg is
     pixel_bits       : positive := 8;
     cropped          : boolean;
     picture          : boolean  := true;
-    chosen_too       : boolean
+    chosen_too       : boolean;
+    boxes            : positive := 1
   ) return index_build_t is
 
     constant M       : positive := micro_image_size;
-    constant REFUSED : boolean  := not takes_index(name, M, slices, radius, vote_radius, max_columns, pixels, channels,
-                                                   pixel_bits);
-    constant NO_RING : boolean  := not takes(picture or not chosen_too, name & ": CHOSEN_TOO needs PICTURE");
+    constant REFUSED : boolean  := not takes_index(name, M, slices, boxes, radius, vote_radius, max_columns, pixels,
+                                                   channels, pixel_bits);
+    constant NO_RING : boolean  := not (takes(picture or not chosen_too, name & ": CHOSEN_TOO needs PICTURE") and
+                                        takes(picture or boxes = 1, name & ": SHARP_TOO needs PICTURE"));
 
   begin
 
@@ -172,6 +180,7 @@ package body index_pkg is
     (
       micro_image_size => M,
       slices           => slices,
+      boxes            => boxes,
       shifts           => shifts,
       columns          => max_columns,
       pixels           => pixels,
@@ -180,6 +189,7 @@ package body index_pkg is
       channels         => channels,
       pixel_bits       => pixel_bits,
       pixel_width      => channels * pixel_bits,
+      stack_width      => slices * boxes * channels * pixel_bits,
       radius           => radius,
       vote_radius      => vote_radius,
       confidence       => confidence,
@@ -191,7 +201,7 @@ package body index_pkg is
       row_bits         => row_sharpness_bits(M, channels, pixel_bits, radius),
       sharpness_bits   => sharpness_bits(M, channels, pixel_bits, radius),
       ring_lines       => sharpness_delay(M, radius, vote_radius),
-      index_latency    => index_latency(slices, radius, vote_radius, between, pixels)
+      index_latency    => index_latency(slices, radius, vote_radius, between, pixels, boxes)
     );
 
   end function index_of;
@@ -241,7 +251,7 @@ package body index_pkg is
   ) return positive is
   begin
 
-    return build.pixels * build.slices * build.pixel_width;
+    return build.pixels * build.stack_width;
 
   end function token_bits;
 

@@ -53,9 +53,6 @@ end entity index_vote;
 
 architecture rtl of index_vote is
 
-  -- Width of a sharpness plus the confidence, which may exceed any sharpness.
-  constant ENOUGH_BITS : positive := larger(BUILD.sharpness_bits, bits_for(BUILD.confidence)) + 1;
-
   constant LENS_BITS  : positive := bits_for(BUILD.lenses - 1);
   constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
   constant WINDOW     : positive := 2 * BUILD.vote_radius + 1;
@@ -110,17 +107,11 @@ begin
   -- Clock 1: whether there is texture.
 
   judge : process (clk) is
-
-    variable enough : unsigned(ENOUGH_BITS - 1 downto 0);
-
   begin
 
     if rising_edge(clk) then
-      -- The confidence is added to the least sharpness rather than taken from the most, so nothing becomes negative.
-      enough := resize(least, ENOUGH_BITS) + to_unsigned(BUILD.confidence, ENOUGH_BITS);
-
       -- A row beyond the frame has no texture, so it has no vote either.
-      entry_1 <= std_logic_vector(index) & (live and to_logic(most >= enough));
+      entry_1 <= std_logic_vector(index) & (live and has_texture(most, least, BUILD.confidence));
     end if;
 
   end process judge;
@@ -309,7 +300,7 @@ begin
   -- behind its end.
   watch_scans : process (clk) is
 
-    constant PAUSE : natural := vote_latency(BUILD.slices, BUILD.vote_radius);
+    constant PAUSE : natural := vote_latency(BUILD.slices, BUILD.vote_radius, BUILD.boxes);
     variable quiet : natural := PAUSE;
 
   begin

@@ -27,13 +27,13 @@ entity lens_place is
     rows : in    std_logic_vector(15 downto 0);
     -- A token and the slices of its pixels; and which pixels a line's last token has.
     token      : in    token_t;
-    token_data : in    std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
+    token_data : in    std_logic_vector(BUILD.pixels * BUILD.stack_width - 1 downto 0);
     line_end   : in    std_logic_vector(BUILD.pixels - 1 downto 0);
     -- The token, with image only inside the picture; its place; its slices, 0 below the picture and behind a line's
     -- end.
     placed : out   token_t;
     place  : out   lens_place_t;
-    data   : out   std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
+    data   : out   std_logic_vector(BUILD.pixels * BUILD.stack_width - 1 downto 0);
     -- Which pixels of the token lie in the micro image behind that of its first pixel.
     ahead : out   std_logic_vector(BUILD.pixels - 1 downto 0)
   );
@@ -105,7 +105,7 @@ begin
         end if;
         -- Lines below the picture are no image lines from here on.
         token_1.image <= in_picture;
-        data          <= in_line(token_data, BUILD.slices * BUILD.pixel_width, token, line_end);
+        data          <= in_line(token_data, BUILD.stack_width, token, line_end);
         -- Zeros below the picture, so that it has no sharpness there.
         if BUILD.cropped and in_picture = '0' then
           data <= (others => '0');

@@ -31,7 +31,7 @@ entity lens_sums is
     -- A token's place; which of its pixels lie in the next micro image; its slices, 0 behind a line's last pixel.
     place : in    lens_place_t;
     ahead : in    std_logic_vector(BUILD.pixels - 1 downto 0);
-    data  : in    std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
+    data  : in    std_logic_vector(BUILD.pixels * BUILD.stack_width - 1 downto 0);
     -- Number of the micro image to read, and 2 clocks later its sum.
     read_lens : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
     sum       : out   std_logic_vector(BUILD.sum_bits - 1 downto 0)
@@ -55,7 +55,8 @@ architecture rtl of lens_sums is
     number : natural
   ) return unsigned is
 
-    constant LOW : natural := (number * BUILD.slices + SLICE) * DATA_BITS;
+    -- A smaller box comes beside the slice that is summed.
+    constant LOW : natural := number * BUILD.stack_width + SLICE * BUILD.boxes * DATA_BITS;
 
     variable pixel : std_logic_vector(DATA_BITS - 1 downto 0);
     variable luma  : unsigned(LUMA_BITS - 1 downto 0);

@@ -5,11 +5,15 @@
 -- the slice. The output also has the depth between slices, and the pixel of a slice that was chosen for the frame.
 -- Without the picture only the places of the pixels wait.
 --
+-- With two boxes each slice waits twice, and has its smaller box in the micro images with texture that are sharpest in
+-- it: index and texture together are the number of a picture.
+--
 -- The pixels of a token lie in one micro image, or in two of which the first is that of the token before. The word read
 -- for the token before is kept, so one read for each token is enough.
 --
 -- Latency: RING_LINES lines and INDEX_LATENCY + 3 clocks. Throughput: one token of all slices each clock.
--- Equation: for each pixel RING_LINES lines before: index of its micro image, data(index), data(slice).
+-- Equation: for each pixel RING_LINES lines before: index of its micro image, data(index), data(slice); with two boxes
+-- data(2 index + texture), data(2 slice + (texture and index = slice)).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -35,13 +39,15 @@ entity sharpest_pixels is
     token    : in    token_t;
     place    : in    lens_place_t;
     ahead    : in    std_logic_vector(BUILD.pixels - 1 downto 0);
-    data     : in    std_logic_vector(BUILD.pixels * BUILD.slices * BUILD.pixel_width - 1 downto 0);
+    data     : in    std_logic_vector(BUILD.pixels * BUILD.stack_width - 1 downto 0);
     line_end : in    std_logic_vector(BUILD.pixels - 1 downto 0);
-    -- index_write: the index of a micro image comes; the micro image's number, its index, its depth.
-    index_write : in    std_logic;
-    index_lens  : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
-    index       : in    unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
-    index_depth : in    depth_t;
+    -- index_write: the index of a micro image comes; the micro image's number, its index, whether it has texture (used
+    -- with two boxes only), its depth.
+    index_write    : in    std_logic;
+    index_lens     : in    unsigned(bits_for(BUILD.lenses - 1) - 1 downto 0);
+    index          : in    unsigned(bits_for(BUILD.slices - 1) - 1 downto 0);
+    index_textured : in    std_logic;
+    index_depth    : in    depth_t;
     -- Pixels of the picture, and the slice that was chosen for their frame.
     result : out   result_t;
     -- For each pixel, from the low bits: the pixel of its sharpest slice, the index, the depth, the pixel of the chosen
@@ -56,10 +62,13 @@ architecture rtl of sharpest_pixels is
   constant WIDTH      : positive := BUILD.pixel_width;
   constant LENS_BITS  : positive := bits_for(BUILD.lenses - 1);
   constant INDEX_BITS : positive := bits_for(BUILD.slices - 1);
-  constant STACK_BITS : positive := P * BUILD.slices * WIDTH;
-  -- A word of the index memory: the index, above it the depth.
-  constant FOUND_BITS : positive := INDEX_BITS + choose(BUILD.between, 2 * FRACTION_BITS, 0);
-  constant WORD_BITS  : positive := pixel_word_bits(WIDTH, BUILD.between, BUILD.chosen_too, BUILD.picture);
+  constant STACK_BITS : positive := P * BUILD.stack_width;
+  -- A word of the index memory: the number of a picture, which is the index and below it, with two boxes, the texture;
+  -- above it the depth.
+  constant BOX_BITS    : natural  := BUILD.boxes - 1;
+  constant NUMBER_BITS : positive := INDEX_BITS + BOX_BITS;
+  constant FOUND_BITS  : positive := NUMBER_BITS + choose(BUILD.between, 2 * FRACTION_BITS, 0);
+  constant WORD_BITS   : positive := pixel_word_bits(WIDTH, BUILD.between, BUILD.chosen_too, BUILD.picture);
   -- Width of the pixel of the sharpest slice.
   constant PICTURE_BITS : natural  := choose(BUILD.picture, WIDTH, 0);
   constant RING_WORDS   : positive := BUILD.ring_lines * BUILD.tokens;
@@ -245,7 +254,11 @@ begin
     from_ring <= (others => '0');
   end generate no_picture;
 
-  index_word(INDEX_BITS - 1 downto 0) <= std_logic_vector(index);
+  index_word(NUMBER_BITS - 1 downto BOX_BITS) <= std_logic_vector(index);
+
+  texture_below : if BOX_BITS > 0 generate
+    index_word(0) <= index_textured;
+  end generate texture_below;
 
   -- The index memory gets its address a clock after the ring and is read in one clock instead of two, so both words
   -- come together.
@@ -265,7 +278,7 @@ begin
     );
 
   depth_beside : if BUILD.between generate
-    index_word(FOUND_BITS - 1 downto INDEX_BITS) <= index_depth.confidence & index_depth.fraction;
+    index_word(FOUND_BITS - 1 downto NUMBER_BITS) <= index_depth.confidence & index_depth.fraction;
   end generate depth_beside;
 
   keep : process (clk) is
@@ -286,7 +299,7 @@ begin
 
     -- Index and depth of the pixel's micro image; the pixel's slices; whether the pixel lies beyond the line's end.
     signal found  : std_logic_vector(FOUND_BITS - 1 downto 0);
-    signal stack  : std_logic_vector(BUILD.slices * WIDTH - 1 downto 0);
+    signal stack  : std_logic_vector(BUILD.stack_width - 1 downto 0);
     signal beyond : std_logic;
     -- Selected from the slices: the sharpest, the chosen; and index and depth that go out.
     signal picked : std_logic_vector(WIDTH - 1 downto 0);
@@ -299,21 +312,25 @@ begin
 
     found  <= index_kept when first_at(IN_FRONT + 3)(j) = '1' else
               index_read;
-    stack  <= from_ring((j + 1) * BUILD.slices * WIDTH - 1 downto j * BUILD.slices * WIDTH);
+    stack  <= from_ring((j + 1) * BUILD.stack_width - 1 downto j * BUILD.stack_width);
     beyond <= result_at(BEHIND - 1).line_last and not line_end(j);
 
     -- Comparing with each slice makes a multiplexer that accepts any index.
     pick : process (clk) is
 
-      variable sharpest : natural range 0 to 2 ** INDEX_BITS - 1;
-      variable wanted   : natural range 0 to 2 ** INDEX_BITS - 1;
+      variable sharpest : natural range 0 to 2 ** NUMBER_BITS - 1;
+      variable wanted   : natural range 0 to 2 ** NUMBER_BITS - 1;
 
     begin
 
       if rising_edge(clk) then
-        sharpest := to_integer(unsigned(found(INDEX_BITS - 1 downto 0)));
-        wanted   := to_integer(result_at(BEHIND - 1).slice(INDEX_BITS - 1 downto 0));
-        told     <= found;
+        sharpest := to_integer(unsigned(found(NUMBER_BITS - 1 downto 0)));
+        wanted   := to_integer(shift_left(resize(result_at(BEHIND - 1).slice, NUMBER_BITS), BOX_BITS));
+        -- The chosen slice has its smaller box where that is the picture's, too.
+        if BOX_BITS > 0 and sharpest = wanted + 1 then
+          wanted := sharpest;
+        end if;
+        told <= found;
         -- Beyond the line's end the pixels are 0 already.
         if beyond = '1' then
           told <= (others => '0');
@@ -322,7 +339,7 @@ begin
         picked <= stack(WIDTH - 1 downto 0);
         chosen <= stack(WIDTH - 1 downto 0);
 
-        for s in 1 to BUILD.slices - 1 loop
+        for s in 1 to BUILD.slices * BUILD.boxes - 1 loop
 
           if sharpest = s then
             picked <= stack((s + 1) * WIDTH - 1 downto s * WIDTH);
@@ -337,7 +354,7 @@ begin
 
     end process pick;
 
-    index_byte <= std_logic_vector(resize(unsigned(told(INDEX_BITS - 1 downto 0)), 8));
+    index_byte <= std_logic_vector(resize(unsigned(told(NUMBER_BITS - 1 downto BOX_BITS)), 8));
 
     with_pixel : if BUILD.picture generate
       out_data(LOW + WIDTH - 1 downto LOW) <= picked;
@@ -347,7 +364,7 @@ begin
 
     with_depth : if BUILD.between generate
       out_data(LOW + PICTURE_BITS + 7 + 2 * FRACTION_BITS downto LOW + PICTURE_BITS + 8) <= told(FOUND_BITS - 1 downto
-                                                                                                 INDEX_BITS);
+                                                                                                 NUMBER_BITS);
     end generate with_depth;
 
     -- The chosen slice goes along, so that a screen can switch between the two pictures without another pass.

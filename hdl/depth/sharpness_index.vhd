@@ -11,7 +11,7 @@
 -- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one token of all slices each clock. Lines
 -- need at least 8 + RADIUS tokens (with votes index_latency), frames a multiple of M lines; empty tokens and flush
 -- lines make up for what is missing.
--- Equation: index = argmax over the slices of the sharpness (lens_sharpness).
+-- Equation: index = argmax over the slices of the sharpness (lens_sharpness); texture as in index_vote.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -33,7 +33,8 @@ entity sharpness_index is
     reset : in    std_logic;
     -- Lines of the picture; lines below it do not count. Used with BUILD.cropped only.
     rows : in    std_logic_vector(15 downto 0);
-    -- A token and the slices of its pixels: those of the first pixel in the low bits, the first slice lowest.
+    -- A token and the slices of its pixels: those of the first pixel in the low bits, the first slice lowest; a
+    -- slice's picture with a smaller box above the slice.
     token      : in    token_t;
     token_data : in    std_logic_vector(token_bits(BUILD) - 1 downto 0);
     -- Which pixels a line's last token has; constant while a frame is under way.
@@ -100,16 +101,17 @@ architecture rtl of sharpness_index is
   signal inner_2     : std_logic                            := '0';
   signal inner_lens  : lens_t;
   signal judged_lens : lens_t;
-  -- An index that is final; final_kept: it is the micro image's own.
-  signal final_write : std_logic;
-  signal final_lens  : lens_t;
-  signal final_index : index_t;
-  signal final_kept  : std_logic;
-  -- Index and depth for the pixels that wait.
-  signal index_write : std_logic;
-  signal index_lens  : lens_t;
-  signal index       : index_t;
-  signal index_depth : depth_t;
+  -- An index that is final; final_textured: the micro image has texture, if that was judged.
+  signal final_write    : std_logic;
+  signal final_lens     : lens_t;
+  signal final_index    : index_t;
+  signal final_textured : std_logic;
+  -- Index, texture and depth for the pixels that wait.
+  signal index_write    : std_logic;
+  signal index_lens     : lens_t;
+  signal index          : index_t;
+  signal index_textured : std_logic;
+  signal index_depth    : depth_t;
 
   -- Rows of micro images, the newest first: whether they belong to a frame, and whether they begin one.
   signal live         : std_logic_vector(0 to RADIUS + 1) := (others => '0');
@@ -296,12 +298,32 @@ begin
   --------------------------------------------------------------------------------------------------
   -- Votes of neighbours.
 
-  no_votes : if VOTE_RADIUS = 0 generate
-    final_write <= scanned_at(JUDGING_DELAY);
-    final_lens  <= judged_lens;
-    final_index <= best;
-    final_kept  <= '1';
+  no_votes : if VOTE_RADIUS = 0 and BUILD.boxes = 1 generate
+    final_write    <= scanned_at(JUDGING_DELAY);
+    final_lens     <= judged_lens;
+    final_index    <= best;
+    final_textured <= '1';
   end generate no_votes;
+
+  texture_alone : if VOTE_RADIUS = 0 and BUILD.boxes > 1 generate
+
+    -- A clock for the comparison with the confidence, as votes have one.
+    find_texture : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        final_write    <= scanned_at(JUDGING_DELAY);
+        final_lens     <= judged_lens;
+        final_index    <= best;
+        final_textured <= has_texture(most, least, BUILD.confidence);
+        if reset = '1' then
+          final_write <= '0';
+        end if;
+      end if;
+
+    end process find_texture;
+
+  end generate texture_alone;
 
   votes : if VOTE_RADIUS > 0 generate
 
@@ -349,7 +371,7 @@ begin
         voted_write => final_write,
         voted_lens  => final_lens,
         voted_index => final_index,
-        voted_kept  => final_kept
+        voted_kept  => final_textured
       );
 
   end generate votes;
@@ -358,16 +380,17 @@ begin
   -- Depth between slices.
 
   slices_alone : if not BETWEEN generate
-    index_write <= final_write;
-    index_lens  <= final_lens;
-    index       <= final_index;
-    index_depth <= NO_DEPTH;
+    index_write    <= final_write;
+    index_lens     <= final_lens;
+    index          <= final_index;
+    index_textured <= final_textured;
+    index_depth    <= NO_DEPTH;
   end generate slices_alone;
 
   between_slices : if BETWEEN generate
 
     constant FINAL_BITS : positive := PLACE_BITS + INDEX_BITS + 2;
-    constant VOTE_WAIT  : natural  := larger(FRACTION_LATENCY - vote_latency(SLICES, VOTE_RADIUS), 0);
+    constant VOTE_WAIT  : natural  := larger(FRACTION_LATENCY - vote_latency(SLICES, VOTE_RADIUS, BUILD.boxes), 0);
 
     signal own_depth : depth_t;
     signal voted     : std_logic_vector(FINAL_BITS - 1 downto 0);
@@ -392,7 +415,7 @@ begin
         depth  => own_depth
       );
 
-    voted <= std_logic_vector(final_lens) & std_logic_vector(final_index) & final_kept & final_write;
+    voted <= std_logic_vector(final_lens) & std_logic_vector(final_index) & final_textured & final_write;
 
     -- The votes may be done before the division.
     wait_for_fraction : process (clk) is
@@ -406,11 +429,12 @@ begin
 
     waited <= delayed(waiting, voted, VOTE_WAIT);
 
-    index_write <= waited(0);
-    index       <= unsigned(waited(INDEX_BITS + 1 downto 2));
-    index_lens  <= unsigned(waited(FINAL_BITS - 1 downto INDEX_BITS + 2));
+    index_write    <= waited(0);
+    index_textured <= waited(1);
+    index          <= unsigned(waited(INDEX_BITS + 1 downto 2));
+    index_lens     <= unsigned(waited(FINAL_BITS - 1 downto INDEX_BITS + 2));
     -- A slice from the neighbours' votes has no depth between slices.
-    index_depth <= own_depth when waited(1) = '1' else
+    index_depth <= own_depth when waited(1) = '1' or VOTE_RADIUS = 0 else
                    NO_DEPTH;
 
   end generate between_slices;
@@ -420,19 +444,20 @@ begin
       BUILD => BUILD
     )
     port map (
-      clk         => clk,
-      reset       => reset,
-      token       => placed,
-      place       => place,
-      ahead       => ahead,
-      data        => data,
-      line_end    => line_end,
-      index_write => index_write,
-      index_lens  => index_lens,
-      index       => index,
-      index_depth => index_depth,
-      result      => result,
-      out_data    => out_data
+      clk            => clk,
+      reset          => reset,
+      token          => placed,
+      place          => place,
+      ahead          => ahead,
+      data           => data,
+      line_end       => line_end,
+      index_write    => index_write,
+      index_lens     => index_lens,
+      index          => index,
+      index_textured => index_textured,
+      index_depth    => index_depth,
+      result         => result,
+      out_data       => out_data
     );
 
 end architecture rtl;

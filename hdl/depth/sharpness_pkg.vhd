@@ -105,10 +105,18 @@ package sharpness_pkg is
   -- Clocks from a sum to the sharpness of the micro image 1 + radius before it.
   constant SHARPNESS_LATENCY : positive := 5;
 
-  -- Clocks from the sharpest slice of a micro image to its vote; 0 without votes.
+  -- Whether a micro image has texture: its sharpest slice is that much sharper than its dullest one.
+  function has_texture (
+    most       : unsigned;
+    least      : unsigned;
+    confidence : natural
+  ) return std_logic;
+
+  -- Clocks from the sharpest slice of a micro image to its vote. Without votes a second box takes one, for the texture.
   function vote_latency (
     slices      : positive;
-    vote_radius : natural
+    vote_radius : natural;
+    boxes       : positive
   ) return natural;
 
   -- Clocks from the sharpest slice of a micro image to its depth between slices.
@@ -120,7 +128,8 @@ package sharpness_pkg is
     radius      : natural;
     vote_radius : natural;
     between     : boolean;
-    pixels      : positive
+    pixels      : positive;
+    boxes       : positive := 1
   ) return positive;
 
   -- Width of a pixel's output: the pixel if there is a picture, its index, its depth between slices if there is one,
@@ -259,14 +268,31 @@ package body sharpness_pkg is
 
   end function lens_sum_latency;
 
+  function has_texture (
+    most       : unsigned;
+    least      : unsigned;
+    confidence : natural
+  ) return std_logic is
+
+    -- The confidence may exceed any sharpness.
+    constant BITS : positive := larger(most'length, bits_for(confidence)) + 1;
+
+  begin
+
+    -- The confidence is added to the least sharpness rather than taken from the most, so nothing becomes negative.
+    return to_logic(most >= resize(least, BITS) + to_unsigned(confidence, BITS));
+
+  end function has_texture;
+
   function vote_latency (
     slices      : positive;
-    vote_radius : natural
+    vote_radius : natural;
+    boxes       : positive
   ) return natural is
   begin
 
     -- Columns to the middle of the window, a comparison for each slice, then memory, counts and choice.
-    return choose(vote_radius = 0, 0, vote_radius + slices + 5);
+    return choose(vote_radius = 0, boxes - 1, vote_radius + slices + 5);
 
   end function vote_latency;
 
@@ -275,15 +301,18 @@ package body sharpness_pkg is
     radius      : natural;
     vote_radius : natural;
     between     : boolean;
-    pixels      : positive
+    pixels      : positive;
+    boxes       : positive := 1
   ) return positive is
+
+    constant VOTE : natural := vote_latency(slices, vote_radius, boxes);
+
   begin
 
     -- Sums, window to its middle, sharpness, a comparison for each slice but the first; with a depth between slices a
     -- clock for the weights, then votes or depth, whichever takes longer.
     return lens_sum_latency(pixels) + 1 + radius + SHARPNESS_LATENCY + slices - 1 +
-           choose(between, 1 + larger(vote_latency(slices, vote_radius), FRACTION_LATENCY),
-                  vote_latency(slices, vote_radius));
+           choose(between, 1 + larger(VOTE, FRACTION_LATENCY), VOTE);
 
   end function index_latency;
 

@@ -33,6 +33,7 @@ from plenofir.plan.synthesised import (
     synthesise_plan,
     takes_a_minute,
 )
+from plenofir.refocus.sharpness import TEXTURE, confidence_level
 from plenofir_studies.part_wrapper import TOP, core_call, literal, with_part, wrapped
 
 CORE = "raster_refocuser"
@@ -159,6 +160,10 @@ def stack_designs() -> Iterator[Design]:
     several = index.model_copy(update={"pixels_per_clock": 4})
     name = "index M=5 slices=3, P=4"
     yield Design(name, None, "depth_index", several.generics(), index=several)
+    level = confidence_level(TEXTURE, 5, index.radius)
+    sharp = index.model_copy(update={"sharp_too": True, "confidence": level})
+    name = "index M=5 slices=3, two boxes"
+    yield Design(name, None, "depth_index", sharp.generics(), index=sharp)
 
 
 # The core of which the page on moving sums tells what its parts take, with eight pixels a clock.

@@ -49,7 +49,7 @@ class Bench:
         # For a depth index, the slices of the stack in front of it.
         self.channels = self.core.channels
         if KIND == "depth_index":
-            self.channels *= self.core.slices
+            self.channels *= self.core.pictures
         self.pixels = self.core.pixels_per_clock
         self.rng = random.Random(cocotb.RANDOM_SEED)
         Clock(dut.clk, 10, "ns").start()
@@ -117,7 +117,8 @@ class Bench:
             return np.dstack(list(core.golden(frame)))
         if KIND == "depth_index":
             rows, columns = frame.shape[:2]
-            shape = (rows, columns, core.slices, -1) if core.channels == 3 else (rows, columns, -1)
+            shape = (rows, columns, core.pictures)
+            shape += (-1,) if core.channels == 3 else ()
             found = core.golden(np.moveaxis(frame.reshape(shape), 2, 0))
             m = core.micro_image_size
             index = found.index.repeat(m, 0).repeat(m, 1)[:rows, :columns]
@@ -335,15 +336,15 @@ async def black_and_white_micro_images(dut: Any) -> None:
     largest = (1 << core.pixel_bits) - 1
     for kind in ("board", "random", "sparse", "sparse"):
         draw = np.random.default_rng(bench.rng.randrange(1 << 32))
-        levels = draw.integers(0, 2, (*lenses, core.slices))
+        levels = draw.integers(0, 2, (*lenses, core.pictures))
         if kind == "sparse":
             # Few micro images differ between the slices; the others have no texture.
             same = draw.random(lenses) < 0.8
-            levels[same] = levels[same][:, :1]
+            levels[same, :: core.boxes] = levels[same][:, :1]
         if kind == "board":
             # A chessboard and its negative are equally sharp.
-            levels[..., -1] = np.add.outer(*(np.arange(n) for n in lenses)) % 2
-            levels[..., 0] = 1 - levels[..., -1]
+            levels[..., -core.boxes] = np.add.outer(*(np.arange(n) for n in lenses)) % 2
+            levels[..., 0] = 1 - levels[..., -core.boxes]
         white = levels.repeat(m, 0).repeat(m, 1)[:rows, :columns].repeat(core.channels, 2)
         frame = (white * largest).astype(np.uint8 if core.pixel_bits <= 8 else np.uint16)
         bench.send_frame(frame[:, :, 0] if bench.channels == 1 else frame)

@@ -115,6 +115,29 @@ def test_index_and_picture() -> None:
         {"micro_image_size": 3, "slices": 2, "max_columns": 22, "picture": False},
     ]
     cases = [*drawn(cases, 2), *drawn([*several, *alone], 1), random_options(0)]
+    # Each slice with a smaller box beside it, without votes and with them.
+    small: list[dict] = [
+        {"micro_image_size": 3, "slices": 3, "max_columns": 22, "confidence": 900, "radius": 0},
+        {
+            "micro_image_size": 4,
+            "slices": 3,
+            "max_columns": 45,
+            "pixels_per_clock": 4,
+            "channels": 3,
+            "confidence": 9000,
+            "shifts": (-3, 0, 1),
+        },
+        {
+            "micro_image_size": 2,
+            "slices": 2,
+            "max_columns": 51,
+            "pixels_per_clock": 2,
+            "confidence": 600,
+            "radius": 0,
+            "vote_radius": 1,
+        },
+    ]
+    several += ({**options, "sharp_too": True} for options in small)
     votes = {"vote_radius": 1, "confidence": 600, "radius": 0}
     resets = {"micro_image_size": 2, "slices": 3, "max_columns": 28, **votes}
     run_cases([*map(index_case, cases), index_case(resets, resets=12)], long=True)
@@ -167,6 +190,7 @@ def random_options(number: int) -> dict[str, Any]:
         "channels": rng.choice([1, 1, 3]),
         "pixel_bits": rng.choice([8, 8, 16]),
         "pixels_per_clock": pixels,
+        "sharp_too": rng.random() < 0.3,
     }
     # Lines that are taken without a pause, and shorter ones.
     shortest = DepthIndexConfiguration(**options, max_columns=1).band_steps(1)

@@ -20,6 +20,10 @@ FAULTS = [
      20),
     ("sharpest_pixels.vhd", "index_kept when first_at(IN_FRONT + 3)(j) = '1'",
      "index_kept when false", 9),
+    # The chosen slice's smaller box, also where another slice is sharper.
+    ("sharpest_pixels.vhd", "if BOX_BITS > 0 and sharpest = wanted + 1 then", "if false then", 1),
+    ("sharpness_index.vhd", "final_textured <= has_texture(most, least, BUILD.confidence);",
+     "final_textured <= '1';", 26),
 ]  # fmt: skip
 
 
@@ -49,6 +53,7 @@ def draw(rng: random.Random) -> dict[str, Any]:
     generics["PIXELS_PER_CLOCK"] = pixels = rng.choice([p for p in (1, 1, 2, 4) if p <= m])
     generics["MAX_COLUMNS"] += rng.choice([0, 3 * m]) * (pixels - 1)
     generics["PICTURE"] = generics["CHOSEN_TOO"] or rng.random() < 0.7
+    generics["SHARP_TOO"] = generics["PICTURE"] and rng.random() < 0.3
     return {"generics": generics}
 
 
@@ -74,7 +79,7 @@ async def stream(bench: Any, rng: random.Random) -> None:
         rng,
         words,
         size=size,
-        channels=g["SLICES"] * g["CHANNELS"],
+        channels=(1 + g["SHARP_TOO"]) * g["SLICES"] * g["CHANNELS"],
         bits=g["PIXEL_BITS"],
         pixels=g["PIXELS_PER_CLOCK"],
         slices=g["SLICES"] if g["CHOSEN_TOO"] else 0,

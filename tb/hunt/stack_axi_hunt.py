@@ -40,7 +40,8 @@ def words(raw: np.ndarray, g: dict[str, Any], slice_: int) -> list[list[int]]:
     if not g["DEPTH_INDEX"]:
         return pack(slices, g["PIXEL_BITS"], g["PIXELS_PER_CLOCK"])
     count = len(g["SHIFTS"].split())
-    own = {**g, "SLICES": count, "SHIFTS": "", "PICTURE": True, "CHOSEN_TOO": False}
+    own = {**g, "SLICES": count, "SHIFTS": "", "PICTURE": True}
+    own |= {"CHOSEN_TOO": False, "SHARP_TOO": False}
     return depth_index.words(slices, own, 0)
 
 

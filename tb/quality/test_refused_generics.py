@@ -123,7 +123,10 @@ REFUSED: list[Case] = [
     ),
     ("depth_index", DEPTH, {"CHANNELS": 2}, "CHANNELS"),
     *(("depth_index", DEPTH, {"PIXELS_PER_CLOCK": p}, "PIXELS_PER_CLOCK") for p in (8, 3)),
-    ("depth_index", DEPTH, {"CHOSEN_TOO": True, "PICTURE": False}, "CHOSEN_TOO"),
+    *(
+        ("depth_index", DEPTH, {name: True, "PICTURE": False}, name)
+        for name in ("CHOSEN_TOO", "SHARP_TOO")
+    ),
     ("depth_index", DEPTH, {"SLICES": 256, "MAX_COLUMNS": 8192}, "SLICES"),
     ("index_verdict", DEPTH, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
     *(

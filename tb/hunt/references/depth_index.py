@@ -57,7 +57,7 @@ def weight(shift: int, m: int) -> int:
 
 
 def indices(slices: np.ndarray, g: dict) -> tuple[np.ndarray, ...]:
-    """The slice of each micro image, and with shifts its depth between slices.
+    """The slice of each micro image, whether it has texture, with shifts its depth between slices.
 
     slices: (slices, rows, columns, channels).
     """
@@ -67,10 +67,10 @@ def indices(slices: np.ndarray, g: dict) -> tuple[np.ndarray, ...]:
         weights = np.array([weight(shift, m) for shift in shifts])
         all_of_them = all_of_them * weights[:, np.newaxis, np.newaxis] // 16
     index = all_of_them.argmax(0)
+    sure = np.ptp(all_of_them, axis=0) >= g["CONFIDENCE"]
     depth = between(all_of_them, shifts, g["CONFIDENCE"]) if shifts else ()
     if not g["VOTE_RADIUS"]:
-        return index, *depth
-    sure = np.ptp(all_of_them, axis=0) >= g["CONFIDENCE"]
+        return index, sure, *depth
     # Micro images without a slice of their own have no depth between slices.
     depth = tuple(np.where(sure, part, none) for part, none in zip(depth, (128, 0), strict=False))
     votes = np.stack([_window((index == s) & sure, g["VOTE_RADIUS"]) for s in range(len(slices))])
@@ -80,7 +80,7 @@ def indices(slices: np.ndarray, g: dict) -> tuple[np.ndarray, ...]:
             found[t, s] = votes[:, t, s].argmax()
         elif t or s:
             found[t, s] = found[t - 1, s] if t else found[t, s - 1]
-    return found, *depth
+    return found, sure, *depth
 
 
 def words(raw: np.ndarray, g: dict, chosen: int) -> list[list[int]]:
@@ -90,22 +90,28 @@ def words(raw: np.ndarray, g: dict, chosen: int) -> list[list[int]]:
     """
     rows, columns, _ = raw.shape
     m, channels, bits = g["MICRO_IMAGE_SIZE"], g["CHANNELS"], g["PIXEL_BITS"]
-    slices = np.moveaxis(raw.reshape(rows, columns, g["SLICES"], channels), 2, 0)
-    index, *depth = (part.repeat(m, 0).repeat(m, 1)[:rows, :columns] for part in indices(slices, g))
+    # With two boxes each slice comes twice; its smaller box is shown where the slice is in focus.
+    boxes = 1 + g["SHARP_TOO"]
+    slices = np.moveaxis(raw.reshape(rows, columns, g["SLICES"] * boxes, channels), 2, 0)
+    of_lenses = indices(slices[::boxes], g)
+    index, sure, *depth = (part.repeat(m, 0).repeat(m, 1)[:rows, :columns] for part in of_lenses)
+    sharp = sure * g["SHARP_TOO"]
     together = g["PIXELS_PER_CLOCK"]
     width = (g["PICTURE"] + g["CHOSEN_TOO"]) * channels * bits + 8 * (1 + len(depth))
     lines = []
     for y in range(rows):
         line = [0] * -(-columns // together)
         for x in range(columns):
-            fields = [*slices[index[y, x], y, x]] if g["PICTURE"] else []
+            best, here = index[y, x], sharp[y, x]
+            fields = [*slices[best * boxes + here, y, x]] if g["PICTURE"] else []
             word = sum(int(v) << (n * bits) for n, v in enumerate(fields))
             above = len(fields) * bits
             for part in (index, *depth):
                 word |= int(part[y, x]) << above
                 above += 8
             if g["CHOSEN_TOO"]:
-                beside = sum(int(v) << (n * bits) for n, v in enumerate(slices[chosen, y, x]))
+                shown = slices[chosen * boxes + (here and best == chosen), y, x]
+                beside = sum(int(v) << (n * bits) for n, v in enumerate(shown))
                 word |= beside << above
             line[x // together] |= word << x % together * width
         lines.append(line)

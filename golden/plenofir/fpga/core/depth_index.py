@@ -51,6 +51,19 @@ class DepthIndexConfiguration(BaseModel):
     shifts: tuple[int, ...] = ()
     # Whether the picture in focus comes out, too: then the pixels of all slices wait inside.
     picture: bool = True
+    # Whether each slice comes twice, with its box of M and beside it with a smaller one
+    # (`plenofir.refocus.by_place`), which the picture takes where there is texture.
+    sharp_too: bool = False
+
+    @property
+    def boxes(self) -> int:
+        """Pictures of each slice that come in."""
+        return 1 + self.sharp_too
+
+    @property
+    def pictures(self) -> int:
+        """Pictures of all slices that come in."""
+        return self.slices * self.boxes
 
     @property
     def delay(self) -> int:
@@ -60,7 +73,7 @@ class DepthIndexConfiguration(BaseModel):
     @property
     def index_latency(self) -> int:
         """Clocks from the end of a row of micro images to its first index (index_latency)."""
-        waits = self.vote_radius + self.slices + 5 if self.vote_radius else 0
+        waits = self.vote_radius + self.slices + 5 if self.vote_radius else self.boxes - 1
         if self.shifts:
             waits = 1 + max(waits, _FRACTION_CLOCKS)
         several = self.pixels_per_clock > 1
@@ -81,7 +94,7 @@ class DepthIndexConfiguration(BaseModel):
                 *signals,
                 ("bit", "", "complete_live complete_start scan_on"),
                 ("downto", "", "energies best most least"),
-                ("bit", "", "final_write final_kept"),
+                ("bit", "", "final_write final_textured"),
                 ("downto", "", "final_lens final_index"),
                 ("bit", "", "index_write"),
                 ("downto", "", "index_lens index"),
@@ -104,14 +117,15 @@ class DepthIndexConfiguration(BaseModel):
         """Bits of the lines that delay the slices' pixels, and of the sharpness sums."""
         m, slices = self.micro_image_size, self.slices
         pixels = self.line_tokens(self.max_columns) * self.pixels_per_clock
-        waiting = self.delay * pixels * slices * self.channels * self.pixel_bits * self.picture
+        waiting = self.delay * pixels * self.pictures * self.channels * self.pixel_bits
         lens, row = self.lens_bits, self.row_bits
         index = max(1, (slices - 1).bit_length())
         lenses = -(-self.max_columns // m)
         votes = 2 * self.vote_radius * (index + 1) + index if self.vote_radius else 0
         between = 2 * FRACTION_BITS * (1 + self.vote_radius) if self.shifts else 0
-        judged = slices * (4 * lens + 2 * self.radius * row) + index + votes + between
-        return waiting, lenses * judged
+        judged = slices * (4 * lens + 2 * self.radius * row) + index + self.sharp_too
+        judged += votes + between
+        return waiting * self.picture, lenses * judged
 
     def check_limits(self) -> None:
         """Refuse the same generics as the entity."""
@@ -123,6 +137,11 @@ class DepthIndexConfiguration(BaseModel):
                 f"clock (M = {self.micro_image_size}), not {self.pixels_per_clock}; use fewer, "
                 "or a scene with stack.output = 'slices'",
                 where="pixels_per_clock",
+            )
+        if self.sharp_too and not self.picture:
+            raise InputError(
+                "a smaller box is for the picture in focus; leave it out, or have the picture",
+                where="sharp_too",
             )
         if self.shifts and not (len(self.shifts) == self.slices and has_order(self.shifts)):
             raise InputError(
@@ -163,20 +182,25 @@ class DepthIndexConfiguration(BaseModel):
         return self.delay * self.band_steps(columns) + self.index_latency + 7
 
     def golden(self, stack: Image) -> DepthIndex:
-        """Result for a focal stack by the golden model."""
+        """Result for a focal stack by the golden model.
+
+        With `sharp_too` each slice with its box of M is followed by the same with a smaller one.
+        """
         return depth_index(
-            stack,
+            stack[:: self.boxes],
             self.micro_image_size,
             self.radius,
             confidence=self.confidence,
             vote_radius=self.vote_radius,
             shifts=self.shifts,
+            sharp=stack[1::2] if self.sharp_too else None,
         )
 
     def generics(self) -> Generics:
-        # One pixel a clock and the picture are the entity's defaults.
+        # One pixel a clock, the picture and slices that come once are the entity's defaults.
         python_fields = {"shifts"} | ({"pixels_per_clock"} if self.pixels_per_clock == 1 else set())
         python_fields |= {"picture"} if self.picture else set()
+        python_fields |= set() if self.sharp_too else {"sharp_too"}
         fields = self.model_dump(exclude=python_fields)
         values: Generics = {name.upper(): value for name, value in fields.items()}
         return values | ({"SHIFTS": " ".join(map(str, self.shifts))} if self.shifts else {})
@@ -194,7 +218,7 @@ class DepthIndexConfiguration(BaseModel):
         window = (2 * self.vote_radius + 1) ** 2
         parts = {
             "index": 1,
-            "pixel bits": self.slices * self.pixels_per_clock * self.channels * self.pixel_bits,
+            "pixel bits": self.pictures * self.pixels_per_clock * self.channels * self.pixel_bits,
             "judged bits": (self.slices - 1) * self.row_bits,
             "vote bits": self.slices * window.bit_length() if self.vote_radius else 0,
         }
@@ -221,8 +245,9 @@ class DepthIndexConfiguration(BaseModel):
             yield of_lenses("depths that wait", between * self.vote_radius)
         words = self.delay * self.line_tokens(self.max_columns)
         if self.picture:
-            yield Memory("waiting pixels", bits_for(words - 1), slices * pixel, 1, words=words)
-        yield of_lenses("index of each lens", number + between)
+            width = self.pictures * pixel
+            yield Memory("waiting pixels", bits_for(words - 1), width, 1, words=words)
+        yield of_lenses("index of each lens", number + self.sharp_too + between)
         under_way = 2 + self.index_latency + 4
         out = (self.picture + chosen_too) * pixel + p * (8 + between) + 3
         out += number if chosen_too else 0
