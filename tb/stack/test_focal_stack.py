@@ -45,8 +45,9 @@ STACKS: list[dict] = [
     # None that holds outputs, which would take a clock more.
     {"micro_image_size": 3, "shifts": (2, -1), "pixels": 2},
     # A box of each slice.
-    {"micro_image_size": 5, "shifts": (3, -3, 0), "boxes": (2, 4, 5)},
-    {"micro_image_size": 4, "shifts": (2, -3, 1), "boxes": (2, 1, 3), "pixels": 4},
+    # Pairs with two boxes, for a depth index with SHARP_TOO; others beside them.
+    {"micro_image_size": 5, "shifts": (3, 3, -3, -3, 0), "boxes": (5, 2, 5, 4, 5)},
+    {"micro_image_size": 4, "shifts": (2, -3, 1, 1), "boxes": (2, 1, 4, 3), "pixels": 4},
     {"micro_image_size": 3, "shifts": (1, -2), "boxes": (1, 2), "border": "normalise"},
 ]
 MORE_STACKS: list[dict] = [
