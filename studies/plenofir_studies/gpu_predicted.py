@@ -254,11 +254,15 @@ def page(recorded: Recorded) -> list[str]:
     ]
 
 
-def answer() -> list[str]:
-    """The thesis's question after a GPU's power, in Markdown."""
+def answer(measured: Sequence[tuple[str, str, str]] = ()) -> list[str]:
+    """The thesis's question after a GPU's power, in Markdown.
+
+    `measured`: rows of what was measured besides, see the table's heads.
+    """
     core = energy_of(load_measured()[name_of(grey())])
     film = 1e6 * IDLE_WATTS / (60 * SIZE**2)
     rows = [
+        *measured,
         (f"{CARD}, a trial's kernel, in a loop", "measured", f"{MEASURED_PJ:.0f}"),
         (
             "the same card, one camera of 60 frames a second: its idle power alone",

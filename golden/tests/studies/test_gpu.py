@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The benchmark of a GPU, as far as a CPU allows: with arrays of another library on it."""
 
+from itertools import count
+from math import inf
+
 import array_api_strict
 import numpy as np
 import pytest
 
 from plenofir_studies import gpu_counts, gpu_predicted, gpu_report
+from plenofir_studies.energy_meters import Meter, cpu_meter
 from plenofir_studies.report_parts import Report
+
+_JOULES = count(0, 2)
 
 
 def device(change=lambda x: x):
@@ -18,13 +24,15 @@ def device(change=lambda x: x):
         lambda x: change(np.asarray(x)),
         lambda x: array_api_strict.asarray(x, copy=True),
         lambda: None,
+        Meter(lambda: [float(next(_JOULES))], [inf]),
     )
 
 
 def test_times_bandwidth_and_the_cpu_beside(tmp_path):
     timed = gpu_report.measure(device(), size=66, runs=2)
     assert {t.pixels for t in timed} == {"grey 8 bit", "RGB 8 bit", "grey 16 bit"}
-    assert len(timed) == 18
+    assert len(timed) == 20
+    assert [t.work for t in timed[6:8]] == ["16 slices", "16 slices: depth and in focus"]
     assert timed[-1].frame_bytes == 66 * 66 * 2
     one = gpu_report.Timed("grey", "a' = 1", 2e-3, 10e-3, 1e-3, 10**7)
     assert one.gigabytes == pytest.approx(10)
@@ -32,6 +40,22 @@ def test_times_bandwidth_and_the_cpu_beside(tmp_path):
     report = Report(tmp_path, "gpu.md")
     gpu_report.add(report, device(), [one], 3201)
     assert "| grey | a' = 1 | 2.000 | 10 | 50 % | 10.00 | 5.0 |" in report.write().read_text()
+
+
+def test_energy_of_a_pixel_is_what_the_meter_says_or_a_sentence():
+    there = device()
+    parts = [("a card", there.meter, there.put, there.wait), ("CPU", "no RAPL", None, None)]
+    rows, reasons = gpu_report.energies(parts, size=22, seconds=0.05)
+    assert reasons == ["no RAPL"]
+    assert [name for name, *_ in rows] == [
+        "a card, in a loop",
+        "a card, one camera of 60 frames a second",
+    ]
+    # 2 J are taken between two readings.
+    frames = 2e12 / (float(rows[1][2]) * 22**2)
+    assert 1 <= round(frames) <= 4
+    lines = gpu_predicted.answer(rows)
+    assert any(line.startswith("| a card, in a loop | measured here: ") for line in lines)
 
 
 def test_wrong_pictures_are_not_timed():
@@ -44,8 +68,11 @@ def test_what_cannot_run_is_named_in_a_line(tmp_path, capsys, monkeypatch):
         raise ModuleNotFoundError("No module named 'cuda'", name="cuda.bindings")
 
     monkeypatch.setattr(gpu_predicted, "predict", predict)
-    text = gpu_report.write_report(tmp_path, gpus=["A has no GPU", "B is missing"]).read_text()
+    text = gpu_report.write_report(
+        tmp_path, gpus=["A has no GPU", "B is missing"], seconds=0.1
+    ).read_text()
     assert "\nNot run on a GPU: A has no GPU; B is missing.\n" in text
+    assert isinstance(cpu_meter(), Meter) or "\nNot measured: the processor's energy" in text
     assert "\nNothing: the package cuda is missing; pip install 'plenofir[gpu]'.\n" in text
     assert capsys.readouterr().out == "Not run on a GPU: A has no GPU; B is missing.\n"
     # Here, whatever is installed: a device or a reason for each library.
