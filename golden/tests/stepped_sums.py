@@ -11,6 +11,25 @@ from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
 
 
+def first_index(layout: SumLayout, slice_: int, phase: int, *, held: bool) -> int | None:
+    """Index of a phase's pixel that a line's first sums take up; None for none."""
+    initial = layout.is_initial(slice_, phase, held=held)
+    return layout.initial_index(slice_, phase, held=held) if initial else None
+
+
+def history_place(layout: StackLayout, slice_: int, phase: int) -> int:
+    """Place, among the lines of its phase, of the pixel that enters the sum of a slice.
+
+    0 is the newest line in memory; -1 is the line that is just coming in.
+    """
+    return -(-layout.entering_age(slice_, phase) // layout.micro_image_size) - 1
+
+
+def leaving_place(layout: StackLayout, slice_: int, phase: int) -> int:
+    """Place, among the lines of its phase, of the pixel that leaves the sum of a slice."""
+    return -(-layout.leaving_age(slice_, phase) // layout.micro_image_size) - 1
+
+
 def steps_of(
     lines: Sequence[npt.NDArray[np.int64]], layout: SumLayout
 ) -> list[tuple[int | None, int, int | None]]:
@@ -54,8 +73,8 @@ def moving_sum_lines(
             first_sum = held_sum = 0
         phase = index % m
         if sample is not None:
-            first_sum += sample * (index == layout.first_index(order[current], phase, held=False))
-            held_sum += sample * (index == layout.first_index(order[current], phase, held=True))
+            first_sum += sample * (index == first_index(layout, order[current], phase, held=False))
+            held_sum += sample * (index == first_index(layout, order[current], phase, held=True))
         due_begins = steps[now - delay][0] if now >= delay else None
         if due_begins is not None:
             due, output = due_begins, 0
@@ -204,13 +223,13 @@ def focal_stack_lines(
             if begins is not None:
                 first_sum[s] = held_sum[s] = 0
             for sums, held in ((first_sum, False), (held_sum, True)):
-                sums[s] += value * (index == layout.first_index(s, phase, held=held))
+                sums[s] += value * (index == first_index(layout, s, phase, held=held))
             if due_begins is not None:
                 total[s], result[s] = first_sum[s], held_sum[s]
             elif due >= 0:
                 v = layout.entering_phase(s, output)
                 i = output + delay - layout.entering_age(s, v)
-                place = layout.history_place(s, v)
+                place = history_place(layout, s, v)
                 if not layout.pixels_leave and layout.begins_group(s, output - 1):
                     total[s] = 0
                 if 0 <= i < len(queue[due]):
@@ -218,7 +237,7 @@ def focal_stack_lines(
                 left = layout.leaving_phase(s, output)
                 i_left = output + delay - layout.leaving_age(s, left)
                 if layout.pixels_leave and 0 <= i_left < len(queue[due]):
-                    total[s] -= history[left][layout.leaving_place(s, left)]
+                    total[s] -= history[left][leaving_place(layout, s, left)]
                 if layout.begins_group(s, output):
                     result[s] = total[s]
             if due >= 0 and output < len(queue[due]):

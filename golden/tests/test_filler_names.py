@@ -31,7 +31,7 @@ FILLERS = {
 # A function that names one of these means the left side by `left`.
 SIDES = {"right", "top", "bottom", "width"}
 # Largest share of the names that are bound, in percent: of well-kept packages 0.6 at most.
-LIMIT = 1.0
+LIMIT = 0.5
 
 
 def bound(node: ast.AST) -> Iterator[tuple[str, int]]:

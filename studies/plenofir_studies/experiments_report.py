@@ -1,9 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The thesis's experiments with a camera (section 5.3), as a part of the report on calibration."""
 
+from collections.abc import Mapping
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
 import numpy as np
 
-from plenofir.camera.plots import disparity_picture, sharpness_picture
+from plenofir.camera.plots import Floats, figure_pixels, sharpness_picture
 from plenofir.refocus.operator import Image
 from plenofir_studies.experiments import (
     FIGURE_OBJECT_LENSES,
@@ -27,6 +34,22 @@ _PARTS = {"a": 9, "b": 11, "c": 11}
 """Parts of Table 5.10 with their M."""
 _TABLES = {"5.17": ("5.11", "b"), "5.18": ("5.12", "c")}
 """Figures with their table, and the part of Table 5.10 that has their focus."""
+
+
+def disparity_picture(view: Floats, maps: Mapping[str, Floats]) -> Image:
+    """A view, and below it maps of disparities in pixels with their scales (Figs. 5.17, 5.18)."""
+    rows, columns = view.shape
+    width, count = 8.0, 1 + len(maps)
+    height = count * min(max(width * rows / columns, 1.2), 8.0)
+    figure, axes = plt.subplots(count, 1, figsize=(width, height), constrained_layout=True)
+    axes[0].imshow(view, cmap="gray")
+    for part, (name, disparities) in zip(axes[1:], maps.items(), strict=True):
+        image = part.imshow(disparities, cmap="viridis")
+        part.set_title(name, fontsize=9)
+        figure.colorbar(image, ax=part, label="pixels")
+    for part in axes:
+        part.set_axis_off()
+    return figure_pixels(figure)
 
 
 def _focused(part: str) -> list[Focused]:

@@ -12,10 +12,24 @@ from pathlib import Path
 from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.resources.record import Placed
 from plenofir.fpga.synthesis.ecp5 import ecp5_tool as tool_command
-from plenofir.fpga.synthesis.placers import PLACERS, REPORTED, check_placer, open_carries
+from plenofir.fpga.synthesis.placers import (
+    PLACERS,
+    check_placer,
+    open_carries,
+)
 from plenofir.fpga.tools.synthesis import Generics, run_tool, run_yosys, write_verilog
 from plenofir_studies.few_pins import NAME, three_pins
 from plenofir_studies.placed_ecp5 import seed_option
+
+REPORTED = {
+    "nexus": (("OXIDE_COMB",), ("OXIDE_FF",), ("OXIDE_EBR",), ("MULT18_CORE",)),
+    "gw1n": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ("MULT18X18",)),
+    "gw2a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ("MULT18X18",)),
+    "gw5a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ()),
+    "gatemate": (("CPE_LT",), ("CPE_FF",), ("RAM_HALF",), ()),
+}
+"""Names that nextpnr's reports have for LUTs, flip-flops, block RAMs, multipliers."""
+
 
 _NETLIST = "netlist.json"
 _GOAL_MHZ = "200"

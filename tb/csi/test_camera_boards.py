@@ -14,7 +14,10 @@ from plenofir.fpga.bitstream.top_level import camera_generics
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.fpga.csi import frame_packets, settle_clocks, wire_words
+from plenofir.fpga.csi import (
+    frame_packets,
+    settle_clocks,
+)
 from plenofir.fpga.hdmi.link import decode_frames
 from plenofir.ground import project
 from plenofir.plan.configure import needed_sources
@@ -29,6 +32,7 @@ from plenofir.plan.sensor.board_sensor import (
 )
 from plenofir.plan.sensor.chip import resampling, shown_lines
 from plenofir_studies.synthetic import regular_grid
+from plenofir_tb.camera_wires import wire_words
 from plenofir_tb.runner import draw_seed, vhdl_simulator
 
 M, MOSAIC = 4, "grbg"

@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 
 from plenofir.fpga import hdl
-from plenofir.fpga.csi import frame_packets, settle_clocks, wire_words
+from plenofir.fpga.csi import (
+    frame_packets,
+    settle_clocks,
+)
 from plenofir.ground import project
 from plenofir.plan.configure import needed_sources
+from plenofir_tb.camera_wires import wire_words
 from plenofir_tb.runner import draw_seed, vhdl_simulator
 
 BOARDS = {"lifcl": "lifcl40", "ecp5u": "ulx3s"}

@@ -13,6 +13,7 @@ from plenofir.fpga.hdmi import tmds
 from plenofir_tb.case import read_case
 from plenofir_tb.entities import for_entity
 from plenofir_tb.hdmi.packets import AviInfo, Colorimetry, ColourSpace, Packet, audio_info_packet
+from plenofir_tb.hdmi.words import ISLAND_GUARD, TERC4, VIDEO_GUARDS, is_data_word
 from plenofir_tb.resets import reset_is_whole
 
 CASE = read_case()
@@ -126,11 +127,11 @@ async def every_word(dut: Any) -> None:
             control = tmds.TOKENS.index(word) if token else control
             got = (int(dut.active.value), int(dut.data.value), int(dut.control.value))
             assert got == (not token, 0 if token else tmds.decode_word(word), control), hex(word)
-            assert int(dut.error.value) == (not token and not tmds.is_data_word(word)), hex(word)
-            nibble = tmds.TERC4.index(word) if word in tmds.TERC4 else None
+            assert int(dut.error.value) == (not token and not is_data_word(word)), hex(word)
+            nibble = TERC4.index(word) if word in TERC4 else None
             assert int(dut.is_nibble.value) == (nibble is not None), hex(word)
             assert int(dut.nibble.value) == (nibble or 0), hex(word)
-            assert int(dut.is_guard.value) == (word == tmds.ISLAND_GUARD), hex(word)
+            assert int(dut.is_guard.value) == (word == ISLAND_GUARD), hex(word)
         dut.word.value = words[min(i, len(words) - 1)]
         await FallingEdge(dut.clk)
 
@@ -395,7 +396,7 @@ async def swapped_wires(dut: Any) -> None:
     """
     rng = start(dut)
     token_00, token_01 = tmds.TOKENS[0], tmds.TOKENS[1]
-    video, island = tmds.VIDEO_GUARDS, (tmds.TERC4[13], tmds.ISLAND_GUARD, tmds.ISLAND_GUARD)
+    video, island = VIDEO_GUARDS, (TERC4[13], ISLAND_GUARD, ISLAND_GUARD)
     dut.words.value = dut.step_words.value = 0
     dut.polarity.value = 8
     await reset(dut)
@@ -425,9 +426,7 @@ async def swapped_wires(dut: Any) -> None:
                 for c, w in enumerate(guard)
             ]
             line.append(begun)
-        line += [
-            [rng.choice((*tmds.TERC4, rng.randrange(1024))) for _ in range(3)] for _ in range(25)
-        ]
+        line += [[rng.choice((*TERC4, rng.randrange(1024))) for _ in range(3)] for _ in range(25)]
         # A guard band of one word in all channels is that of channels 0 and 2 swapped.
         whole = length == 8 and spoilt is None and red == red_before
         right = whole and guard is video and red == token_00

@@ -131,19 +131,3 @@ def sharpness_picture(
     if any(curves):
         axes.legend(fontsize=8)
     return figure_pixels(figure)
-
-
-def disparity_picture(view: Floats, maps: Mapping[str, Floats]) -> Image:
-    """A view, and below it maps of disparities in pixels with their scales (Figs. 5.17, 5.18)."""
-    rows, columns = view.shape
-    width, count = 8.0, 1 + len(maps)
-    height = count * min(max(width * rows / columns, 1.2), 8.0)
-    figure, axes = plt.subplots(count, 1, figsize=(width, height), constrained_layout=True)
-    axes[0].imshow(view, cmap="gray")
-    for part, (name, disparities) in zip(axes[1:], maps.items(), strict=True):
-        image = part.imshow(disparities, cmap="viridis")
-        part.set_title(name, fontsize=9)
-        figure.colorbar(image, ax=part, label="pixels")
-    for part in axes:
-        part.set_axis_off()
-    return figure_pixels(figure)

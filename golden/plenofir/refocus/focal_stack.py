@@ -16,17 +16,6 @@ from plenofir.refocus.moving_sum import SumLayout
 class StackLayout(SumLayout):
     """Schedule of the moving sums of a stack: slice n is number n of `shifts`."""
 
-    def history_place(self, slice_: int, phase: int) -> int:
-        """Place, among the lines of its phase, of the pixel that enters the sum of a slice.
-
-        0 is the newest line in memory; -1 is the line that is just coming in.
-        """
-        return -(-self.entering_age(slice_, phase) // self.micro_image_size) - 1
-
-    def leaving_place(self, slice_: int, phase: int) -> int:
-        """Place, among the lines of its phase, of the pixel that leaves the sum of a slice."""
-        return -(-self.leaving_age(slice_, phase) // self.micro_image_size) - 1
-
     @cached_property
     def history_lines(self) -> tuple[int, ...]:
         """Lines of each phase that the column memory keeps, for all slices together."""

@@ -210,11 +210,6 @@ class SumLayout:
         """Sums that are stored for each column: running, first, and if needed held ones."""
         return 2 + self.holds_outputs + self.begins_within_group
 
-    def first_index(self, slice_: int, phase: int, *, held: bool) -> int | None:
-        """Index of a phase's pixel that a line's first sums take up; None for none."""
-        initial = self.is_initial(slice_, phase, held=held)
-        return self.initial_index(slice_, phase, held=held) if initial else None
-
     def least_steps(self, length: int, *, columns: bool) -> int:
         """Least steps from a line's beginning to the next one's, `length` or more.
 

@@ -17,14 +17,13 @@ from plenofir.fpga.synthesis import counts
 from plenofir.fpga.synthesis.counts import count_cells
 from plenofir.fpga.synthesis.placers import (
     PLACERS,
-    REPORTED,
     open_carries,
 )
 from plenofir.fpga.tools.synthesis import run_yosys
 from plenofir.plan import load_scene, make_plan
 from plenofir_studies.counted_cores import COUNTED, counted_cores
 from plenofir_studies.few_pins import three_pins
-from plenofir_studies.placed_cores import place_core
+from plenofir_studies.placed_cores import REPORTED, place_core
 from plenofir_studies.records import load_builds
 
 CORE = """

@@ -151,16 +151,6 @@ def setting_of_virtual_depth(model: Refocusing, depth: npt.ArrayLike) -> Values:
         return np.asarray(model.camera.sensor.pixel_pitch_mm / share)
 
 
-def displacement_px(a: npt.ArrayLike) -> Values:
-    """How far a thing on plane a moves from one micro image to the next, in pixels: mu.
-
-    Counted from the centres of the micro images, where M / a' is 1 / a; from those of the micro
-    lenses it is p_M / (p_p v). `a`: focus settings, any shape. Result: same shape.
-    """
-    with np.errstate(divide="ignore"):
-        return np.asarray(1 / np.asarray(a, dtype=np.float64))
-
-
 def _turns(model: Refocusing) -> tuple[Values, float]:
     """For each type of micro lens c, shape (types,), and g."""
     array = model.camera.micro_lenses

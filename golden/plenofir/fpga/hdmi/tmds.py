@@ -17,32 +17,6 @@ Flags = npt.NDArray[np.bool_]
 TOKENS = (0b1101010100, 0b0010101011, 0b0101010100, 0b1010101011)
 """Control tokens of (C1, C0) = 00, 01, 10, 11 (DVI 1.0, table 3-4)."""
 
-TERC4 = (
-    0b1010011100,
-    0b1001100011,
-    0b1011100100,
-    0b1011100010,
-    0b0101110001,
-    0b0100011110,
-    0b0110001110,
-    0b0100111100,
-    0b1011001100,
-    0b0100111001,
-    0b0110011100,
-    0b1011000110,
-    0b1010001110,
-    0b1001110001,
-    0b0101100011,
-    0b1011000011,
-)
-"""Words of the four bits of data islands (HDMI 1.4, section 5.4.3)."""
-
-ISLAND_GUARD = 0b0100110011
-"""Guard band of data islands in channels 1 and 2 (HDMI 1.4, section 5.2.3.3)."""
-
-VIDEO_GUARDS = (TERC4[8], ISLAND_GUARD, TERC4[8])
-"""Guard band of video in channels 0 to 2 (HDMI 1.4, section 5.2.2.1)."""
-
 DISPARITIES = tuple(range(-8, 10, 2))
 """Values that the running disparity takes between words."""
 
@@ -90,15 +64,6 @@ def decode_word(word: int) -> int:
     if not word >> 8 & 1:
         chain ^= 0xFE
     return chain | low & 1
-
-
-def is_data_word(word: int) -> bool:
-    """Whether an encoder can have sent a word as data.
-
-    Neither control tokens nor words that only transmission errors can produce are data words.
-    """
-    byte = decode_word(word)
-    return any(encode_byte(byte, disparity)[0] == word for disparity in DISPARITIES)
 
 
 @cache

@@ -4,7 +4,6 @@
 import importlib.util
 import json
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -77,15 +76,6 @@ PLACERS: dict[str, Placer] = {
     ),
 }
 """Devices that are placed, by name."""
-
-REPORTED: Mapping[str, tuple[tuple[str, ...], ...]] = {
-    "nexus": (("OXIDE_COMB",), ("OXIDE_FF",), ("OXIDE_EBR",), ("MULT18_CORE",)),
-    "gw1n": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ("MULT18X18",)),
-    "gw2a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ("MULT18X18",)),
-    "gw5a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ()),
-    "gatemate": (("CPE_LT",), ("CPE_FF",), ("RAM_HALF",), ()),
-}
-"""Names that nextpnr's reports have for LUTs, flip-flops, block RAMs, multipliers."""
 
 
 def check_placer(name: str) -> Placer:

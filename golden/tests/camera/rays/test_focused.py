@@ -23,7 +23,6 @@ from plenofir.camera.rays import (
     covering_depth,
     covering_slices,
     depth_of_field,
-    displacement_px,
     extension_of_infinity,
     load_camera,
     rayleigh_limit,
@@ -116,7 +115,6 @@ def test_rays_through_thin_lenses(kind: str, object_mm: float, height: float) ->
     assert moved == pytest.approx(moved[0])
     # Upside down, as the micro lenses see it.
     a = float(-1 / moved[0])
-    assert displacement_px(a) == pytest.approx(-moved[0])
     assert float(model.distance(a).mm) == pytest.approx(object_mm, rel=1e-9)
     assert float(model.focus_setting(object_mm)) == pytest.approx(a, rel=1e-9)
     # v = D / (D - (i_1 - i_2)), Heinze et al. 2016, with places on the sensor.
@@ -373,7 +371,6 @@ def test_extremes() -> None:
         model = RayModel.focused(camera, 560.0, 19)
         assert virtual_depth(model, [0.0, -0.0]).tolist() == [0, 0]
         assert blur_px(model, 0.0).tolist() == [inf] * 3
-        assert np.isinf(displacement_px(0.0))
         assert not sharpest_type(model, [0.0, 1e-300, -1e-300, 5e-324]).sharp.any()
         assert float(setting_of_virtual_depth(model, 0.0)) == 0
         # With a far pupil a and v grow together.

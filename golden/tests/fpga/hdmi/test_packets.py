@@ -13,10 +13,11 @@ import random
 import numpy as np
 import pytest
 
-from plenofir.fpga.hdmi import link, tmds
+from plenofir.fpga.hdmi import link
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir_tb.hdmi import islands, packets
 from plenofir_tb.hdmi.packets import AviInfo, Colorimetry, ColourSpace
+from plenofir_tb.hdmi.words import ISLAND_GUARD, TERC4, VIDEO_GUARDS
 
 MODE = VideoMode(
     name="hdmi",
@@ -48,14 +49,14 @@ def some_packets(rng: random.Random, count: int) -> list[packets.Packet]:
 
 
 def test_terc4() -> None:
-    assert " ".join(f"{word:010b}" for word in tmds.TERC4) == (
+    assert " ".join(f"{word:010b}" for word in TERC4) == (
         "1010011100 1001100011 1011100100 1011100010 0101110001 0100011110 0110001110 0100111100 "
         "1011001100 0100111001 0110011100 1011000110 1010001110 1001110001 0101100011 1011000011"
     )
-    guards = " ".join(f"{word:010b}" for word in tmds.VIDEO_GUARDS)
+    guards = " ".join(f"{word:010b}" for word in VIDEO_GUARDS)
     assert guards == "1011001100 0100110011 1011001100"
     # One wrong bit never makes another word of islands.
-    known = [*tmds.TERC4, tmds.ISLAND_GUARD]
+    known = [*TERC4, ISLAND_GUARD]
     assert all((a ^ b).bit_count() >= 2 for a, b in itertools.combinations(known, 2))
 
 
