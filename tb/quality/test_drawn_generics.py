@@ -117,6 +117,7 @@ def draw_index(rng: random.Random) -> DepthIndexConfiguration:
         pixels_per_clock=rng.choice((1, 1, *PIXELS_PER_CLOCK)),
         channels=rng.choice([1, 3, 3, 2]),
         pixel_bits=rng.randint(1, 16),
+        sharp_too=rng.random() < 0.3,
     )
 
 

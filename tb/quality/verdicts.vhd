@@ -100,6 +100,7 @@ begin
 end architecture rtl;
 
 library work;
+use work.math_pkg.all;
 use work.index_pkg.all;
 
 entity index_verdict is
@@ -113,7 +114,8 @@ entity index_verdict is
     RADIUS           : natural := 1;
     CONFIDENCE       : natural := 0;
     VOTE_RADIUS      : natural := 0;
-    SHIFTS           : string  := ""
+    SHIFTS           : string  := "";
+    SHARP_TOO        : boolean := false
   );
 end entity index_verdict;
 
@@ -134,7 +136,8 @@ architecture rtl of index_verdict is
                                       channels         => CHANNELS,
                                       pixel_bits       => PIXEL_BITS,
                                       cropped          => false,
-                                      chosen_too       => false
+                                      chosen_too       => false,
+                                      boxes            => choose(SHARP_TOO, 2, 1)
                                     );
 
 begin
