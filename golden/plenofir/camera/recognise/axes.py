@@ -18,6 +18,8 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
+from plenofir.camera.lightfield.disparity import search_views
+from plenofir.camera.lightfield.hiding import larger_hides
 from plenofir.camera.lightfield.indexing import raw_image, views
 from plenofir.camera.recognise.source import Finding, Hints
 from plenofir.ground.images import Image, Picture
@@ -35,9 +37,8 @@ _REACH, _LEAST_REACH, _MOST_REACH = 0.05, 2, 16
 # An assumption is ruled out if it leaves this many times the differences, by so many standard
 # errors of the mean over blocks.
 _WORSE, _CERTAIN = 1.02, 6.0
-# What hides what counts for this window, least clearness of a disparity, least step of disparity
-# and of brightness between two surfaces, least number of places and share of them.
-_WINDOW, _CLEAR, _STEP, _CONTRAST, _FEWEST, _MOST = 5, 2.0, 0.75, 4.0, 40, 0.4
+# What hides what is looked for in so many views along a side; more only take longer.
+_MOST_VIEWS = 11
 
 
 class Axes(NamedTuple):
@@ -163,7 +164,7 @@ def find_axes(view: View, counts: _Place, hints: Hints, *, named: bool = True) -
     text = "rows from above, columns from the left, by the parallax of the views"
     finding = Finding("axes", text)
     # With both axes mirrored motion looks right: only what hides what can tell.
-    if named and hints.flip is None and nearer(axes) < 0:
+    if hints.flip is None and nearer(axes) < 0:
         text = "near objects seem to be hidden by far ones: --flip both exchanges them"
         finding = Finding("axes", text, notable=True)
     return axes._replace(finding=finding)
@@ -171,12 +172,17 @@ def find_axes(view: View, counts: _Place, hints: Hints, *, named: bool = True) -
 
 def _levels(picture: Picture) -> Image32:
     """Fine structures of a view, made smaller if it is large."""
+    levels = _reduced(picture)
+    return np.asarray(levels - ndimage.gaussian_filter(levels, _COARSE), np.float32)
+
+
+def _reduced(picture: Picture) -> Image32:
+    """Grey levels of a view, made smaller if it is large."""
     levels = grey(picture.pixels).astype(np.float32)
     scale = -(-max(levels.shape) // _LARGEST_SIDE)
     rows, columns = (n // scale for n in levels.shape)
     levels = levels[: rows * scale, : columns * scale]
-    levels = levels.reshape(rows, scale, columns, scale).mean(axis=(1, 3))
-    return np.asarray(levels - ndimage.gaussian_filter(levels, _COARSE), np.float32)
+    return np.asarray(levels.reshape(rows, scale, columns, scale).mean(axis=(1, 3)), np.float32)
 
 
 def _steps(shape: _Place) -> tuple[npt.NDArray[np.float64], int]:
@@ -291,55 +297,15 @@ def _is_serpentine(view: View, counts: _Place) -> bool:
 
 
 def _hiding(view: View, counts: _Place) -> float:
-    """Whether surfaces of larger disparity hide others (1) or are hidden (-1); 0 if not seen.
-
-    Pixels of the central view are moved to the views at the corners and sides; where two of
-    different disparities meet, the view shows one of them.
-    """
+    """Whether surfaces of larger disparity hide others (1) or are hidden (-1); 0 if not seen."""
     middle = counts[0] // 2, counts[1] // 2
-    central = _levels(view(*middle))
+    central = _reduced(view(*middle))
     if max(counts) < 2 or min(central.shape) < _SMALLEST_VIEW:
         return 0.0
-    tried, _ = _steps(central.shape)
-    far = 1 if max(counts) < 5 else 2
-    errors = np.zeros((len(tried), *central.shape), np.float32)
-    for axis, sign in product((0, 1), (-1, 1)):
-        place = list(middle)
-        place[axis] += sign * far
-        if not 0 <= place[axis] < counts[axis]:
-            continue
-        other = _levels(view(*place))
-        for number, disparity in enumerate(tried):
-            whole, part = divmod(-disparity * sign, 1.0)
-            moved = np.roll(other, -int(whole), axis)
-            moved = moved * (1 - part) + np.roll(moved, -1, axis) * part
-            errors[number] += ndimage.uniform_filter(np.abs(moved - central), _WINDOW)
-    disparity = tried[errors.argmin(axis=0)] / far
-    even = ndimage.maximum_filter(disparity, 3) - ndimage.minimum_filter(disparity, 3) < _STEP
-    clear = np.median(errors, axis=0) > _CLEAR * errors.min(axis=0)
-    y, x = np.nonzero(even & clear)
-    order = np.argsort(disparity[y, x])
-    y, x = y[order], x[order]
-    moves, values = disparity[y, x], central[y, x]
-    votes = []
-    for v, u in product(*({0, middle[axis], counts[axis] - 1} for axis in (0, 1))):
-        if (v, u) == middle:
-            continue
-        levels = _levels(view(v, u))
-        down = np.rint(y - moves * (v - middle[0])).astype(int)
-        right = np.rint(x - moves * (u - middle[1])).astype(int)
-        inside = np.flatnonzero(
-            (down >= 0) & (right >= 0) & (down < levels.shape[0]) & (right < levels.shape[1])
-        )
-        # The last one written stays: of the largest disparity, and of the smallest.
-        ends = []
-        for some in (inside, inside[::-1]):
-            both = np.full((2, *levels.shape), np.nan, np.float32)
-            both[:, down[some], right[some]] = values[some], moves[some]
-            ends.append(both)
-        (near, most), (behind, least) = ends
-        meet = (most - least > _STEP) & (np.abs(near - behind) > _CONTRAST)
-        votes.append(np.sign(np.abs(levels - behind) - np.abs(levels - near))[meet])
-    cast = np.concatenate(votes) if votes else np.zeros(0)
-    mean = float(cast.mean()) if len(cast) >= _FEWEST else 0.0
-    return mean if abs(mean) > _MOST and abs(mean) * len(cast) ** 0.5 > _CERTAIN / 2 else 0.0
+    apart = -(-max(counts) // _MOST_VIEWS)
+    first, second = (range(c % apart, n, apart) for c, n in zip(middle, counts, strict=True))
+    images = np.empty((len(first), len(second), *central.shape), np.float32)
+    for place in np.ndindex(images.shape[:2]):
+        levels = _reduced(view(first[place[0]], second[place[1]]))
+        images[place] = levels if levels.shape == central.shape else central
+    return larger_hides(images, search_views(images).disparity)
