@@ -44,6 +44,11 @@ def _capture(folder: Path, rng: np.random.Generator) -> None:
     ):
         imwrite(folder / f"{name}.tif", image)
         write_png(folder / f"{name}.png", image)
+        # A DNG with filters in the order rggb: its version, pattern, black and white.
+        tags = [(50706, 1, 4, (1, 4, 0, 0)), (33421, 3, 2, (2, 2)), (33422, 1, 4, (0, 1, 1, 2))]
+        tags += [(50714, 4, 1, 5), (50717, 4, 1, 255)]
+        how = {"photometric": 32803, "metadata": None, "extratags": [(*t, True) for t in tags]}
+        imwrite(folder / f"{name}.dng", image.astype(np.uint16), **how)
     rows, columns = taken.raw.shape
     (folder / "scene.toml").write_text(SCENE.format(columns, rows))
     write_png(folder / "capture.png", taken.raw)
