@@ -219,7 +219,8 @@ class CoreConfiguration(Raster):
             "CHANNELS": self.channels,
             "PIXEL_BITS": self.pixel_bits,
         }
-        if self.smaller_box:
+        # A box of more than M samples, which Python refuses, is the VHDL's to refuse too.
+        if set(self.slice_boxes) != {self.micro_image_size}:
             boxes = self.slice_boxes if self.boxes_differ else self.slice_boxes[:1]
             values["BOX"] = " ".join(map(str, boxes))
         if self.normalises:
