@@ -4,6 +4,7 @@
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 from device_tables import device_table, plan_on, scene_names
@@ -25,6 +26,8 @@ from plenofir.fpga.resources.record import (
 )
 from plenofir.fpga.sensors import IMX219_MODES
 from plenofir.fpga.synthesis.spartan6 import TMDS_ENDS
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
 from plenofir.plan.omissions import full_core
@@ -66,6 +69,17 @@ MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
 ]
 FIGURE_HEADS = "LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | CARRY4 | path"
 _KINDS = {1: "grey", 3: "RGB"}
+# Devices of the example of a focused camera, and its pitches in pixels.
+_FOCUSED_DEVICES = (
+    "lfe5u-85f",
+    "lifcl-40",
+    "xc6slx45",
+    "xc7a35t",
+    "xc7z020",
+    "xczu3eg",
+    "5cseba6",
+)
+_FOCUSED_PITCHES = (23, 35)
 
 
 def recorded() -> dict[str, Figures]:
@@ -313,8 +327,29 @@ def imx219_table(text: str) -> str:
     return put(text, "imx219", table(heads, rows))
 
 
+def focused_scenes() -> list[str]:
+    """Make the table of the example of a focused camera, with M of two pitches, on devices."""
+    example = (project.root() / "examples" / "focused-raw.toml").read_text()
+    rows: list[tuple[object, ...]] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for device, m in product(_FOCUSED_DEVICES, _FOCUSED_PITCHES):
+            file = Path(folder) / f"{m}.toml"
+            file.write_text(example.replace("23", str(m)))
+            try:
+                plan = make_plan(load_scene(str(file), device))
+            except InputError as error:
+                reason = error.problem.partition("it needs ")[2].partition(";")[0]
+                rows.append((device.upper(), m, "", "", f"no: {reason}", ""))
+                continue
+            lut, flip_flops, memory, multipliers = plan.needs.values()
+            share = f"{memory} of {list(plan.available.values())[2]}"
+            rows.append((device.upper(), m, lut, flip_flops, share, multipliers))
+    return table("device | M | LUT | flip-flops | block RAM | multipliers", rows)
+
+
 def sensor_table(text: str) -> str:
-    """Put the resources of resamplers on a Spartan-6 between their marks in a page."""
+    """Put the resources of resamplers, and of a focused camera's scene, into their page."""
+    text = put(text, "focused scenes", focused_scenes())
     figures, rows = recorded(), []
     for name in SENSORS:
         design = sensor_design(name)

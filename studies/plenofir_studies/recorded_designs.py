@@ -236,6 +236,14 @@ SENSORS: dict[str, dict[str, object]] = {
     "hexagonal": {"hexagonal": True},
     "4000 lenses moved": {"moves": True, "lenses": 4000},
     "4000 lenses with gains": {"gains": True, "lenses": 4000},
+    "focused camera, M = 35, 1200 columns, 18 lines": {
+        "micro_image_size": 35,
+        "max_columns": 1200,
+        "lines": 18,
+        "gains": True,
+        "lenses": 1500,
+        "skewed": True,
+    },
 }
 
 
@@ -269,4 +277,5 @@ def designs() -> list[Design]:
         *lane_part_designs(),
         *picture_designs(),
         sensor_design("grey"),
+        sensor_design("focused camera, M = 35, 1200 columns, 18 lines"),
     ]

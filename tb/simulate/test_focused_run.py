@@ -52,6 +52,12 @@ def test_capture_of_a_focused_camera(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_micro_images_of_35_pixels(tmp_path: Path) -> None:
+    rendered(35.0, (5, 6), tmp_path)
+    run(tmp_path, 35, "-a", "3/35", "--box", "3")
+
+
+@pytest.mark.slow
 def test_larger_capture_and_its_stack(tmp_path: Path) -> None:
     """M = 23, a slice alone, then several in one pass and the picture that is sharp everywhere."""
     rendered(23.0, (12, 10), tmp_path)

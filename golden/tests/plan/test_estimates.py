@@ -122,8 +122,12 @@ def test_estimates_of_both_engines_against_synthesis() -> None:
 
 @pytest.mark.parametrize(
     ("chosen", "most"),
-    [([sensor_design("grey")], 2), (picture_designs(), 5)],
-    ids=["sensor", "picture"],
+    [
+        ([sensor_design("grey")], 2),
+        ([sensor_design("focused camera, M = 35, 1200 columns, 18 lines")], 2),
+        (picture_designs(), 5),
+    ],
+    ids=["sensor", "focused camera", "picture"],
 )
 def test_estimates_of_parts_against_synthesis(chosen: Iterable[Design], most: int) -> None:
     known = load_record().counted["spartan6"]

@@ -19,6 +19,7 @@ from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
+from plenofir.plan.loaded_scene import LoadedScene
 from plenofir.plan.sensor.board_load import calibration_loads, described, description
 from plenofir.plan.sensor.chip import check_fits, resampling
 from plenofir.plan.sensor.scene_sensor import SceneSensor, sensor_chip
@@ -325,10 +326,38 @@ def test_too_large_for_a_board_is_refused_by_name(tmp_path, size, sensor, messag
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("device", ["lfe5u-85f", "lifcl-40", "xc6slx45", "xc7a35t", "xc7z020"])
-def test_scene_of_a_focused_camera(device: str) -> None:
-    """The example fits five devices; a calibration of such a camera fits its resampler."""
-    scene = load_scene(str(project.root() / "examples" / "focused-raw.toml"), device)
+def focused_scene(m: int, folder: Path, device: str, slices: tuple[int, ...] = ()) -> LoadedScene:
+    """The example of a focused camera with M of another pitch, and fewer slices."""
+    text = (project.root() / "examples" / "focused-raw.toml").read_text().replace("23", str(m))
+    if slices:
+        text = re.sub("slices = .*", f"slices = {[f'{v}/{m}' for v in slices]}", text)
+        text = re.sub("box = .*", f"box = {list(slices)}", text)
+    (folder / "scene.toml").write_text(text)
+    return load_scene(str(folder / "scene.toml"), device)
+
+
+def test_micro_images_too_large_for_a_device_are_refused_with_its_block_rams(
+    tmp_path: Path,
+) -> None:
+    with pytest.raises(InputError, match=r"LIFCL-40 is too small: it needs 104 of 84 EBR"):
+        make_plan(focused_scene(35, tmp_path, "lifcl-40"))
+    make_plan(focused_scene(35, tmp_path, "lifcl-40", (2, 3)))
+
+
+@pytest.mark.parametrize(
+    ("device", "m"),
+    [
+        ("lfe5u-85f", 35),
+        ("lifcl-40", 23),
+        ("xc6slx45", 35),
+        ("xc7a35t", 35),
+        ("xczu3eg", 35),
+        ("5cseba6", 35),
+    ],
+)
+def test_scene_of_a_focused_camera(tmp_path: Path, device: str, m: int) -> None:
+    """It fits six families; a calibration of such a camera fits its resampler."""
+    scene = focused_scene(m, tmp_path, device)
     plan = make_plan(scene)
     assert plan.device == device
     assert plan.sensor is not None
@@ -337,15 +366,15 @@ def test_scene_of_a_focused_camera(device: str) -> None:
     # Tables of steps in an ECP5's block RAM halve the clock.
     share = 0.5 if device == "lfe5u-85f" else 1
     assert plan.kept_mhz == share * DEVICES[device].clock_mhz(1)
-    grid = regular_grid((900, 1200), 23.1, rotation_degrees=0.09, layout="hexagonal-rows")
+    grid = regular_grid((900, 1200), m + 0.1, rotation_degrees=0.09, layout="hexagonal-rows")
     types = LensTypes(pattern=(0, 1, 2), sharpest=(0.4, 0.35, 0.3))
     calibration = calibration_of_grid(grid, (900, 1200)).model_copy(update={"lens_types": types})
-    registers, _ = grid_registers(calibration, 23)
+    registers, _ = grid_registers(calibration, m)
     check_fits(plan.sensor.core, registers, tables_of(calibration, registers))
     assert all(
         k <= n for k, n in zip(registers.raster_shape, (plan.rows, plan.columns), strict=True)
     )
     standard = calibration.model_copy(update={"lens_types": None})
-    registers, _ = grid_registers(standard, 23)
+    registers, _ = grid_registers(standard, m)
     with pytest.raises(InputError, match="has hexagonal True, the resampler False"):
         check_fits(plan.sensor.core, registers, tables_of(standard, registers))

@@ -115,6 +115,7 @@ class SensorLogic:
             "whole": 1,
             "pixel bits": bits,
             "hexagonal bits": core.hexagonal * bits,
+            "skewed": int(core.skewed),
             "moves": int(core.moves),
             "gains": int(core.gains),
             "mosaic bits": self.mosaic * core.pixel_bits,
