@@ -91,7 +91,9 @@ def test_both_reversed_is_an_option(tmp_path: Path) -> None:
     assert np.array_equal(source.all_views().pixels, VIEWS[::-1, ::-1])
     assert "--flip both" in told(source)[0]
     assert told(source)[2]
-    assert np.array_equal(recognise(folder, Hints(flip="both")).all_views().pixels, VIEWS)
+    flipped = recognise(folder, Hints(flip="both"))
+    assert np.array_equal(flipped.all_views().pixels, VIEWS)
+    assert "as --flip tells" in told(flipped)[0]
 
 
 @pytest.mark.parametrize(

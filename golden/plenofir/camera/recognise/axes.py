@@ -151,7 +151,8 @@ def find_axes(view: View, counts: _Place, hints: Hints, *, named: bool = True) -
     if hints.order is not None and hints.flip is not None:
         return axes._replace(finding=Finding("axes", f"as told: {words or 'as stored'}", "told"))
     if words:
-        text = f"{words}: put right, by the parallax of the views"
+        reason = "by the parallax of the views" if hints.flip is None else "as --flip tells"
+        text = f"{words}: put right, {reason}"
         if not sure:
             text += "; if near is far, --flip columns"
         return axes._replace(finding=Finding("axes", text, notable=True))
