@@ -22,6 +22,7 @@ from plenofir.camera.lightfield.disparity import search_views
 from plenofir.camera.lightfield.hiding import larger_hides
 from plenofir.camera.lightfield.indexing import raw_image, views
 from plenofir.camera.recognise.source import Finding, Hints
+from plenofir.ground.errors import InputError
 from plenofir.ground.images import Image, Picture
 
 Image32 = npt.NDArray[np.float32]
@@ -309,4 +310,8 @@ def _hiding(view: View, counts: _Place) -> float:
     for place in np.ndindex(images.shape[:2]):
         levels = _reduced(view(first[place[0]], second[place[1]]))
         images[place] = levels if levels.shape == central.shape else central
-    return larger_hides(images, search_views(images).disparity)
+    try:
+        disparity = search_views(images).disparity
+    except InputError:  # No view beside the middle is lit.
+        return 0.0
+    return larger_hides(images, disparity)
