@@ -76,7 +76,7 @@ _COMPARED: Mapping[str, Callable[[int, int], bool]] = {
     "ge": lambda a, b: a >= b,
 }
 # What gives no number here: it is counted, and its results are 0.
-_OPAQUE = {"atom", "red", "bar", "barrier", "prmt", "shf", "bfe", "bfi", "dp4a"}
+_OPAQUE = {"atom", "red", "bar", "barrier", "prmt", "shf", "bfe", "bfi", "dp2a", "dp4a"}
 
 
 def _typed(value: int, kind: str) -> int:

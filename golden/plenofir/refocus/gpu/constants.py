@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The constants in front of ``refocus.cu``: those of a slice, and of the tiles it is made in.
+"""The constants in front of a slice's text: those of a slice, and of the tiles it is made in.
 
 Code is compiled for them, so places within a lens, lengths of loops and divisors are constants.
 Slices of a stack have tiles of one size.
@@ -17,8 +17,8 @@ from plenofir.refocus.slices import Slice
 # Longest runs that are unrolled, in steps, and the most words of their rings: registers are 255.
 _UNROLLED_STEPS, _UNROLLED_WORDS = 192, 128
 # Outputs of a segment of a line: fewer repeat more additions, more leave threads without work.
-_SEGMENT_OUTPUTS = 32
-_ROW_CHOICES = (1, 2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 32)
+_SEGMENT_OUTPUTS = 64
+_ROW_CHOICES = (1, 2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48, 64)
 _THREAD_CHOICES = (128, 256, 384, 512)
 _BOTH = True, False
 _WORD = 4
@@ -61,20 +61,26 @@ class _Sums:
         running = "int" if column >> 31 == 0 else "long long"
         narrow = "short" if slice_.units else "unsigned short"
         fits = column >> (15 if slice_.units else 16) == 0
-        return cls(narrow if fits else running, running, "int" if line >> 31 == 0 else "long long")
+        kept = "int" if _packed(slice_) and slice_.units else narrow if fits else running
+        return cls(kept, running, "int" if line >> 31 == 0 else "long long")
 
 
 def _packed(slice_: Slice) -> bool:
-    """Whether four columns can be summed at once: the frame's bits must be numbers of 32 bits."""
-    words = 2 * (slice_.order + 1) * (slice_.box // slice_.step)
-    short = _Sums.of(slice_).column == "unsigned short" and slice_.pixel_bits == 8
-    return short and words <= _UNROLLED_WORDS and prod(slice_.shape) < 1 << 28
+    """Whether four columns can be summed at once: the frame's bits must be numbers of 32 bits.
+
+    Sums have 16 bits; for the sharpening those of two have 15, with weights of 7 bits.
+    """
+    words = 2 * (slice_.order + 1) * (slice_.box // slice_.step) + 4 * slice_.lens
+    bits = 14 if slice_.units else 16
+    short = slice_.white * slice_.full >> bits == 0 and slice_.taps.centre >> 7 == 0
+    fits = words <= _UNROLLED_WORDS and prod(slice_.shape) < 1 << 28
+    return slice_.pixel_bits == 8 and short and fits
 
 
 def _paired(slice_: Slice) -> bool:
     """Whether the sums of both dimensions can be made for two rows at once."""
     most = slice_.white * slice_.full**2 + slice_.full**2 // 2
-    return _packed(slice_) and not slice_.normalise and most < 1 << 16
+    return _packed(slice_) and not (slice_.normalise or slice_.units) and most < 1 << 16
 
 
 def _first_views(slice_: Slice) -> list[int]:
@@ -156,9 +162,13 @@ def _tile(
     held = max(0, padded_columns if padded else min(padded_columns, columns))
     packed = _packed(slice_) and unrolled and height % 2 == 0
     if packed:
-        held = -(-(held + _WORD - 1) // _WORD) * _WORD
+        held += _WORD - 1
+    # An odd number of words, or of fours of them: then few lines share a bank of the memory.
+    unit = _WORD if packed else max(1, _WORD // column_bytes)
+    held = unit * (-(-held // unit) | 1)
     samples = height * channels
-    lines = -(-_BYTES[offset_type] * run_steps(slice_, height) // 16) * 16
+    line_bytes = 2 * _WORD if packed else _BYTES[offset_type]
+    lines = -(-line_bytes * run_steps(slice_, height) // 16) * 16
     shared = lines + samples * (held * column_bytes + width * pixel_bytes) + _BEHIND_BYTES
     if shared > shared_limit:
         return None
@@ -167,10 +177,12 @@ def _tile(
     column_rounds = -(-held * channels // (columns_each * threads))
     line_rounds = -(-samples * (width // segment) // (rows_each * threads))
     column_steps, line_steps = run_steps(slice_, height), run_steps(slice_, segment)
+    taps = 3 if slice_.units else 0
     work = threads * (
         60
-        + column_rounds * column_steps * (17 if packed else 8)
-        + line_rounds * (line_steps * (3 if padded else 5) + segment * (8 if rows_each > 1 else 5))
+        + column_rounds * (column_steps * (17 if packed else 8) + height * taps * columns_each)
+        + line_rounds
+        * (line_steps * (3 if padded else 5) + segment * (5 + 3 * (rows_each - 1) + taps))
     ) + 32 * height * (60 + width * channels / 25)
     across, down = (-(-max(1, n // step) // part) for n, part in ((columns, width), (rows, height)))
     # Blocks beside each other hide the time that memory takes; shared_limit is half of it.
@@ -227,7 +239,7 @@ def _text(name: str) -> str:
 
 def source(slices: Sequence[Slice], tiles: Sequence[Tile]) -> str:
     """The text of the kernel for a stack's tiles, which slices of other sizes may share."""
-    body = _text("refocus.cu")
+    body = "\n".join(map(_text, ("sums.cu", "words.cu", "refocus.cu")))
     parts = [
         f"namespace slice{number} {{\n{_constants(slice_, tile)}\n{body}}}"
         for number, (slice_, tile) in enumerate(zip(slices, tiles, strict=True))
@@ -267,7 +279,7 @@ def _pixel(slice_: Slice) -> str:
 
 
 def _constants(slice_: Slice, tile: Tile) -> str:
-    """What stands in front of ``refocus.cu``."""
+    """What stands in front of ``sums.cu``; ``refocus.cu`` explains it."""
     filter_, m, sums = slice_.taps, slice_.micro_image_size, _Sums.of(slice_)
     whole_lenses = not slice_.upsample or tile.segment % m == 0
     numbers = {

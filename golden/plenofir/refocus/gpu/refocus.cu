@@ -10,10 +10,10 @@
 //    each lens instead, or copy only lenses that are sharpest in this slice.
 //
 // Words of 32 bits hold several samples or sums, as far as these are short: step 1 takes four samples a thread (PACKED)
-// and puts its sums for two rows side by side, which step 2 takes together (PAIRED).
+// and puts its sums for two rows side by side, which step 2 takes together (PAIRED). Sharpened sums have a word each.
 //
-// This text stands once for each slice of a stack, in a namespace of its own; stack.cu has the kernel.
-// Both runs are `run_of_sums`: a moving sum over the re-ordered line, one more for each order of interpolation, and taps
+// This text stands once for each slice of a stack, in a namespace of its own, behind sums.cu and words.cu; stack.cu has
+// the kernel. Both runs are `run_of_sums`: a moving sum over the re-ordered line, one more for each order of interpolation, and taps
 // a lens apart. The constants in front of this text (plenofir.refocus.gpu.constants) are those of one kind of picture:
 //
 //   M, SHIFT, BOX, OFFSET             the operator in pixels: M, a', B, and the index of S that output 0 takes
@@ -31,106 +31,11 @@
 //   GROUPS, VIEWS_APART               views that meet at a place: gcd(a', M), and the distance between them
 //   FIRST_VIEW[M]                     the first view that meets at p modulo M, -1 if there is none
 //   HELD_COLUMNS                      columns of sums in shared memory
-//   PACKED                            samples of 8 bits whose sums of a column have 16 bits; TILE_ROWS is even
+//   PACKED                            samples of 8 bits whose sums of a column have 16 bits, 14 where they are sharpened;
+//                                     TILE_ROWS is even
 //   PAIRED                            with PACKED: sums of both dimensions, with half of their divisor, have 16 bits
 //   Pixel, Offset                     types of samples, and of places in a picture
 //   RunningColumn, ColumnSum, LineSum types of sums of a column, as they run and as they are kept, and of both dimensions
-
-constexpr int LENS = SIDE ? M : 0;
-constexpr int RING = BOX / STEP;
-constexpr int WARM_STEPS = (ORDER + 1) * (RING - 1);
-constexpr int ROW_STEPS = TILE_ROWS + 2 * LENS + WARM_STEPS;
-constexpr int NO_ROW = -2147483647 - 1;
-
-__device__ constexpr int bits_of(LineSum number) { return number > 0 ? 1 + bits_of(number / 2) : 0; }
-
-constexpr Offset NO_LINE = Offset(-1);
-constexpr int ENTERING_BYTES = (ROW_STEPS * int(sizeof(Offset)) + 15) / 16 * 16;
-
-__device__ inline int rest_of(int place)
-{
-    const int rest = place % M;
-    return rest < 0 ? rest + M : rest;
-}
-
-// The first place of S that a run for outputs from `first` on takes in.
-__device__ inline int first_place(int first)
-{
-    return STEP * (first - LENS - WARM_STEPS + ORDER * UNIT_OFFSET) + OFFSET;
-}
-
-// Sums for OUTPUTS neighbouring outputs from `first` on, of a line of `length` outputs.
-// entering(i) is the sum of the pixels at the i-th place; inside(k) says whether all views reach output k;
-// store(i, sum) takes the i-th result.
-template <class Sum, int OUTPUTS, class Entering, class Inside, class Store>
-__device__ inline void run_of_sums(int first, int length, Entering entering, Inside inside, Store store)
-{
-    constexpr int STEPS = OUTPUTS + 2 * LENS + WARM_STEPS;
-    Sum ring[ORDER + 1][RING], total[ORDER + 1], waiting[SIDE ? 2 * LENS : 1];
-#pragma unroll
-    for (int stage = 0; stage <= ORDER; stage++) {
-        total[stage] = 0;
-#pragma unroll (UNROLLED ? RING : 1)
-        for (int i = 0; i < RING; i++) ring[stage][i] = 0;
-    }
-#pragma unroll (UNROLLED ? STEPS : 1)
-    for (int i = 0; i < STEPS; i++) {
-        Sum value = entering(i);
-#pragma unroll
-        for (int stage = 0; stage <= ORDER; stage++) {
-            // The first sums of a stage lack pixels, so the next one begins later.
-            const int step = i - stage * (RING - 1);
-            if (step < 0) continue;
-            if (stage > 0) {
-                const int k = first - LENS - WARM_STEPS + (ORDER - stage + 1) * UNIT_OFFSET + i;
-                if (k < 0 || k >= length) value = 0;
-            }
-            total[stage] += value - ring[stage][step % RING];
-            ring[stage][step % RING] = value;
-            value = total[stage];
-        }
-        const int made = i - WARM_STEPS;
-        if (made < 0) continue;
-        if constexpr (SIDE == 0) {
-            store(made, value);
-        } else {
-            const int k = first + made - 2 * LENS;
-            if (made >= 2 * LENS) {
-                const Sum middle = waiting[(made + LENS) % (2 * LENS)];
-                const bool here = inside(k);
-                const Sum before = here && inside(k - LENS) ? waiting[made % (2 * LENS)] : middle;
-                const Sum behind = here && inside(k + LENS) ? value : middle;
-                store(made - 2 * LENS, CENTRE * middle - SIDE * (before + behind));
-            }
-            waiting[made % (2 * LENS)] = value;
-        }
-    }
-}
-
-// The weight of a pixel that all views reach, and the power of two that is not below it.
-constexpr LineSum WHOLE = LineSum(FULL) * FULL * SCALE * SCALE;
-constexpr int WHOLE_BITS = bits_of(WHOLE - 1);
-
-// A sum over its weight, rounded, halves up, and limited to 0 .. WHITE.
-__device__ inline Pixel quotient(LineSum sum, LineSum weight)
-{
-    if ((SIDE && sum < 0) || (NORMALISED && weight == 0)) return 0;
-    LineSum result;
-    if (NORMALISED && weight != WHOLE) {
-        result = (sum + weight / 2) / weight;
-    } else if constexpr (sizeof(LineSum) == 8 || WHOLE == 1) {
-        result = (sum + WHOLE / 2) / WHOLE;
-    } else {
-        // Exact for numbers of 31 bits (Granlund and Montgomery, 1994): the compiler, which does not know that there is
-        // no sign, takes two instructions more.
-        // Compilers check this branch for wide sums too, where a shift by 64 bits would be an error.
-        constexpr int bits = sizeof(LineSum) == 8 ? 0 : WHOLE_BITS;
-        constexpr unsigned inverse = ((1ull << (31 + bits)) + WHOLE - 1) / WHOLE;
-        result = unsigned(unsigned(sum + WHOLE / 2) * (unsigned long long)inverse >> 32) >> (WHOLE_BITS - 1);
-    }
-    // Only sharpened sums exceed what pixels have.
-    return Pixel(SIDE && result > LineSum(WHITE) ? LineSum(WHITE) : result);
-}
 
 // Copies a line of bytes from `place` of the block's memory by a warp, in words that are aligned where they go.
 __device__ inline void copy_line(const unsigned char* memory, unsigned place, unsigned char* to, unsigned bytes,
@@ -146,87 +51,6 @@ __device__ inline void copy_line(const unsigned char* memory, unsigned place, un
     // Bytes in front of the words, and behind them.
     const unsigned i = lane < lead ? lane : whole + lane - lead;
     if (i < bytes && lane < 8) to[i] = memory[place + i];
-}
-
-template <bool FIRST, class First, class Second>
-struct Chosen {
-    typedef Second Type;
-};
-template <class First, class Second>
-struct Chosen<true, First, Second> {
-    typedef First Type;
-};
-
-__device__ inline unsigned highest_bytes(const unsigned* four)
-{
-    return __byte_perm(__byte_perm(four[0], four[1], 0x73), __byte_perm(four[2], four[3], 0x73), 0x5410);
-}
-
-// Four neighbouring samples or their sums, of 16 bits each: the first and third one, and the others. A sum that passes
-// below zero on its way borrows from the other one, and gives back.
-struct Four {
-    unsigned even, odd;
-
-    Four() = default;
-    __device__ Four(unsigned both) : even(both), odd(both) {}
-    __device__ Four(unsigned even, unsigned odd) : even(even), odd(odd) {}
-    __device__ Four operator-(Four other) const { return Four(even - other.even, odd - other.odd); }
-    __device__ void operator+=(Four other) { even += other.even, odd += other.odd; }
-};
-
-// The frame as aligned words.
-struct Words {
-    const unsigned* first;
-    const unsigned* end;
-    unsigned ahead;  // bytes of the first word in front of the frame
-
-    // Four samples from a place on. `place`: bits behind the first word.
-    template <bool INSIDE>
-    __device__ Four at(unsigned place) const
-    {
-        const unsigned* const word = (const unsigned*)((const char*)first + (place >> 3 & ~3u));
-        // The word behind the last sample is not the frame's.
-        const unsigned next = INSIDE || word + 1 < end ? word[1] : 0;
-        const unsigned four = __funnelshift_r(word[0], next, int(place));
-        return Four(__byte_perm(four, 0, 0x4240), __byte_perm(four, 0, 0x4341));
-    }
-};
-
-// Sums of four columns for all rows of a tile: pairs of rows, a word for a column. words: from the columns' first line on.
-// ALL_LINES: whether all rows that enter, and one more, are in the picture. apart: samples between views that meet.
-template <bool ALL_LINES>
-__device__ inline void sums_of_words(Words words, const Offset* entering, long long apart,
-                                     unsigned* pairs, int row0, int rows, Offset pitch)
-{
-    Four above;
-    run_of_sums<Four, TILE_ROWS>(
-        row0, rows / STEP,
-        [&](int i) {
-            Four sum(0u);
-            if constexpr (GROUPS == 1) {
-                if (ALL_LINES || entering[i] != NO_LINE) sum = words.at<ALL_LINES>(unsigned(entering[i]));
-                return sum;
-            }
-            int row = int(entering[i]);
-            if (row == NO_ROW) return sum;
-            unsigned place = 8 * (unsigned(row) * unsigned(pitch) + words.ahead);
-#pragma unroll
-            for (int view = 0; view < GROUPS; view++, row -= VIEWS_APART * (SHIFT - 1), place -= unsigned(8 * apart))
-                if (ALL_LINES || (row >= 0 && row < rows)) sum += words.at<ALL_LINES>(place);
-            return sum;
-        },
-        [](int) { return true; },
-        [&](int r, Four sum) {
-            if (r % 2 == 0) {
-                above = sum;
-                return;
-            }
-            uint4* const to = (uint4*)(pairs + r / 2 * HELD_COLUMNS * CHANNELS);
-            to->x = __byte_perm(above.even, sum.even, 0x5410);
-            to->y = __byte_perm(above.odd, sum.odd, 0x5410);
-            to->z = __byte_perm(above.even, sum.even, 0x7632);
-            to->w = __byte_perm(above.odd, sum.odd, 0x7632);
-        });
 }
 
 constexpr int LENS_SAMPLES = M * CHANNELS;
@@ -293,8 +117,8 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
         }
         if (!__syncthreads_or(here)) return;
     }
-    // By step the line that enters the sums of columns; where several do, the row of the first one. Behind them sums of
-    // columns, and the tile's picture.
+    // By step the line that enters the sums of columns, with PACKED as Words has its place; where several do, the row of
+    // the first one. Behind them sums of columns, and the tile's picture.
     Offset* const entering = (Offset*)memory;
     // Columns of sums that the tile holds.
     int origin = STEP * column0 - LOW, end = STEP * (column0 + TILE_COLUMNS - 1) + HIGH + 1;
@@ -313,34 +137,44 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
     for (int i = thread; i < ROW_STEPS; i += THREADS) {
         const int place = first_place(row0) + STEP * i, view = FIRST_VIEW[rest_of(place)];
         const int row = view < 0 ? NO_ROW : place - view * (SHIFT - 1);
-        entering[i] = GROUPS > 1                 ? row
-                      : row < 0 || row >= rows ? NO_LINE
-                      : PACKED                 ? 8 * (row * pitch + words.ahead)
-                                               : row * pitch;
+        const bool here = row >= 0 && row < rows;
+        if (PACKED && GROUPS == 1)
+            ((uint2*)entering)[i] = here ? words.place(unsigned(row) * unsigned(pitch)) : uint2{0, NO_BITS};
+        else
+            entering[i] = GROUPS > 1 ? row : here ? row * pitch : NO_LINE;
     }
-    // Whether all rows that enter are in the picture: then nothing is asked below.
+    // Whether all rows that enter are in the picture, and the run is inner: then nothing is asked below.
     const int first_row = first_place(row0) - (SHIFT > 1 ? (M - 1) * (SHIFT - 1) : 0);
     const int last_row = first_place(row0) + STEP * (ROW_STEPS - 1) + (SHIFT < 1 ? (M - 1) * (1 - SHIFT) : 0);
-    const bool all_lines = first_row >= 0 && last_row < rows - PACKED;
+    const bool all_lines = first_row >= 0 && last_row < rows - PACKED &&
+                           (ORDER + SIDE == 0 || inner(row0, TILE_ROWS, row_outputs));
     // Samples between the rows of views that meet.
     const long long apart = VIEWS_APART * (SHIFT - 1) * (long long)pitch;
+    const auto inside_rows = [&](int k) {
+        return k >= 0 && k < row_outputs && (!NORMALISED || reached_rows[k] == FULL);
+    };
     __syncthreads();
 
-    if constexpr (PACKED)
-        for (int more = thread; 4 * more < width; more += THREADS) {
-            const int first_sample = origin * CHANNELS + 4 * more, here = columns * CHANNELS - first_sample;
-            unsigned* const pairs = (unsigned*)sums + 4 * more;
-            if (first_sample >= 0 && here > 0) {
-                const Words below{words.first + first_sample / 4, words.end, words.ahead};
-                if (all_lines)
-                    sums_of_words<true>(below, entering, apart, pairs, row0, rows, pitch);
-                else
-                    sums_of_words<false>(below, entering, apart, pairs, row0, rows, pitch);
-                if (here >= 4) continue;
+    if constexpr (PACKED) {
+        const auto sum_columns = [&](auto of_inner_lines) {
+            constexpr bool ALL_LINES = decltype(of_inner_lines)::value;
+            for (int more = thread; 4 * more < width; more += THREADS) {
+                const int first_sample = origin * CHANNELS + 4 * more, here = columns * CHANNELS - first_sample;
+                unsigned* const four = (unsigned*)sums + 4 * more;
+                if (first_sample >= 0 && here > 0) {
+                    const Words below{words.first + first_sample / 4, words.end, words.ahead};
+                    sums_of_words<ALL_LINES>(below, entering, apart, four, row0, rows, pitch, inside_rows);
+                    if (here >= 4) continue;
+                }
+                for (int i = first_sample < 0 || here < 0 ? 0 : here; i < 4; i++)
+                    for (int r = 0; r < TILE_ROWS / ROWS_A_WORD; r++) four[r * HELD_COLUMNS * CHANNELS + i] = 0;
             }
-            for (int i = first_sample < 0 || here < 0 ? 0 : here; i < 4; i++)
-                for (int r = 0; r < TILE_ROWS / 2; r++) pairs[r * HELD_COLUMNS * CHANNELS + i] = 0;
-        }
+        };
+        if (all_lines)
+            sum_columns(Constant<true>());
+        else
+            sum_columns(Constant<false>());
+    }
     for (int sample = thread; !PACKED && sample < width; sample += THREADS) {
         const int first_sample = origin * CHANNELS + sample;
         ColumnSum* const column = sums + sample;
@@ -348,15 +182,13 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
             for (int r = 0; r < TILE_ROWS; r++) column[r * HELD_COLUMNS * CHANNELS] = 0;
             continue;
         }
-        const auto inside = [&](int k) {
-            return k >= 0 && k < row_outputs && (!NORMALISED || reached_rows[k] == FULL);
-        };
         const auto keep = [&](int r, RunningColumn sum) { column[r * HELD_COLUMNS * CHANNELS] = ColumnSum(sum); };
         if (GROUPS == 1 && all_lines)
-            run_of_sums<RunningColumn, TILE_ROWS>(
-                row0, row_outputs, [&](int i) { return RunningColumn(x[entering[i] + first_sample]); }, inside, keep);
+            run_of_sums<RunningColumn, TILE_ROWS, true>(
+                row0, row_outputs, [&](int i) { return RunningColumn(x[entering[i] + first_sample]); }, inside_rows,
+                keep);
         else
-            run_of_sums<RunningColumn, TILE_ROWS>(
+            run_of_sums<RunningColumn, TILE_ROWS, false>(
                 row0, row_outputs,
                 [&](int i) {
                     RunningColumn sum = 0;
@@ -377,61 +209,67 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
                         if (row >= 0 && row < rows) sum += x[Offset(row) * pitch + first_sample];
                     return sum;
                 },
-                inside, keep);
+                inside_rows, keep);
     }
     __syncthreads();
 
     constexpr int SEGMENTS = TILE_COLUMNS / SEGMENT;
-    constexpr int SIDE_BY_SIDE = PACKED ? 2 : 1, TOGETHER = PAIRED ? 2 : 1;
+    constexpr int TOGETHER = PAIRED ? 2 : 1;
     typedef Chosen<PAIRED, unsigned, LineSum>::Type Sum;
     typedef Chosen<PAIRED, unsigned, ColumnSum>::Type Held;
     for (int part = thread; part < TILE_ROWS / TOGETHER * SEGMENTS * CHANNELS; part += THREADS) {
-        const int channel = part % CHANNELS, segment = part / CHANNELS % SEGMENTS;
-        const int r = part / CHANNELS / SEGMENTS * TOGETHER, first = column0 + segment * SEGMENT, row = row0 + r;
+        // Neighbours take the same segment, so that few warps have a border and places inside.
+        constexpr int LINES = TILE_ROWS / TOGETHER;
+        const int channel = part % CHANNELS, segment = part / CHANNELS / LINES;
+        const int r = part / CHANNELS % LINES * TOGETHER, first = column0 + segment * SEGMENT, row = row0 + r;
         if (row >= row_stop || first >= column_stop) continue;
         // In constant places the compiler sees that first is a whole number of lenses.
         const int place0 = first_place(WHOLE_LENSES ? 0 : first);
         const int lens0 = (WHOLE_LENSES ? STEP * first : 0) - origin;
-        constexpr int HELD_BESIDE = SIDE_BY_SIDE / TOGETHER;
-        const Held* const line = (const Held*)(sums + r % SIDE_BY_SIDE) +
-                                 (r / SIDE_BY_SIDE * HELD_COLUMNS * CHANNELS + channel) * HELD_BESIDE;
+        constexpr int HELD_BESIDE = ROWS_A_WORD / TOGETHER;
+        const Held* const line = (const Held*)(sums + r % ROWS_A_WORD) +
+                                 ((r / ROWS_A_WORD * HELD_COLUMNS + lens0) * CHANNELS + channel) * HELD_BESIDE;
         Pixel* const target = picture + (r * TILE_COLUMNS + segment * SEGMENT) * CHANNELS + channel;
         const LineSum row_weight = NORMALISED ? LineSum(reached_rows[row]) * SCALE * SCALE : 1;
         unsigned upper[4], lower[4];
-        run_of_sums<Sum, SEGMENT>(
-            first, column_outputs,
-            [&](int i) {
-                Sum sum = 0;
-                const int place = place0 + STEP * i, first_view = FIRST_VIEW[rest_of(place)];
-                if (first_view < 0) return sum;
+        const auto entering_column = [&](int i) {
+            Sum sum = 0;
+            const int place = place0 + STEP * i, first_view = FIRST_VIEW[rest_of(place)];
+            if (first_view < 0) return sum;
 #pragma unroll (UNROLLED ? GROUPS : 1)
-                for (int view = 0; view < GROUPS; view++) {
-                    const int held = lens0 + place - (first_view + view * VIEWS_APART) * (SHIFT - 1);
-                    if (PADDED || (held >= 0 && held < end - origin)) sum += line[held * CHANNELS * HELD_BESIDE];
-                }
-                return sum;
-            },
-            [&](int k) { return k >= 0 && k < column_outputs && (!NORMALISED || reached_columns[k] == FULL); },
-            [&](int i, Sum sum) {
-                if constexpr (PAIRED) {
-                    // Exact: numbers have 16 bits, and what the inverse has too much is below its divisor, of 8 bits.
-                    constexpr unsigned inverse = unsigned(((1 << 24) + WHOLE - 1) / WHOLE), half = WHOLE / 2 * inverse;
-                    upper[i % 4] = (sum & 0xffff) * inverse + half;
-                    lower[i % 4] = (sum >> 16) * inverse + half;
-                    if constexpr (CHANNELS == 1) {
-                        if (i % 4 < 3) return;
-                        *(unsigned*)(target + i - 3) = highest_bytes(upper);
-                        *(unsigned*)(target + TILE_COLUMNS + i - 3) = highest_bytes(lower);
-                    } else {
-                        target[i * CHANNELS] = upper[i % 4] >> 24;
-                        target[(TILE_COLUMNS + i) * CHANNELS] = lower[i % 4] >> 24;
-                    }
+            for (int view = 0; view < GROUPS; view++) {
+                const int column = place - (first_view + view * VIEWS_APART) * (SHIFT - 1), held = lens0 + column;
+                if (PADDED || (held >= 0 && held < end - origin)) sum += line[column * CHANNELS * HELD_BESIDE];
+            }
+            return sum;
+        };
+        const auto inside_columns = [&](int k) {
+            return k >= 0 && k < column_outputs && (!NORMALISED || reached_columns[k] == FULL);
+        };
+        const auto divide = [&](int i, Sum sum) {
+            if constexpr (PAIRED) {
+                // Exact: numbers have 16 bits, and what the inverse has too much is below its divisor, of 8 bits.
+                constexpr unsigned inverse = unsigned(((1 << 24) + WHOLE - 1) / WHOLE), half = WHOLE / 2 * inverse;
+                upper[i % 4] = (sum & 0xffff) * inverse + half;
+                lower[i % 4] = (sum >> 16) * inverse + half;
+                if constexpr (CHANNELS == 1) {
+                    if (i % 4 < 3) return;
+                    *(unsigned*)(target + i - 3) = highest_bytes(upper);
+                    *(unsigned*)(target + TILE_COLUMNS + i - 3) = highest_bytes(lower);
                 } else {
-                    const int k = first + i;
-                    const LineSum weight = NORMALISED && k < column_outputs ? row_weight * LineSum(reached_columns[k]) : 1;
-                    target[i * CHANNELS] = quotient(sum, weight);
+                    target[i * CHANNELS] = upper[i % 4] >> 24;
+                    target[(TILE_COLUMNS + i) * CHANNELS] = lower[i % 4] >> 24;
                 }
-            });
+            } else {
+                const int k = first + i;
+                const LineSum weight = NORMALISED && k < column_outputs ? row_weight * LineSum(reached_columns[k]) : 1;
+                target[i * CHANNELS] = quotient(sum, weight);
+            }
+        };
+        if (ORDER + SIDE == 0 || inner(first, SEGMENT, column_outputs))
+            run_of_sums<Sum, SEGMENT, true>(first, column_outputs, entering_column, inside_columns, divide);
+        else
+            run_of_sums<Sum, SEGMENT, false>(first, column_outputs, entering_column, inside_columns, divide);
     }
     __syncthreads();
 

@@ -22,6 +22,10 @@ struct Place {
     unsigned x, y, z;
 };
 
+struct uint2 {
+    unsigned x, y;
+};
+
 struct uint4 {
     unsigned x, y, z, w;
 };
@@ -62,6 +66,12 @@ static unsigned __dp4a(unsigned bytes, unsigned weights, unsigned sum)
 {
     for (int n = 0; n < 32; n += 8) sum += (bytes >> n & 0xff) * (weights >> n & 0xff);
     return sum;
+}
+
+// Halves of 16 bits by the two lower bytes, all with a sign.
+static int __dp2a_lo(int halves, int weights, int sum)
+{
+    return sum + short(halves) * (signed char)weights + (halves >> 16) * (signed char)(weights >> 8);
 }
 
 static unsigned __byte_perm(unsigned low, unsigned high, unsigned chosen)

@@ -45,6 +45,10 @@ KINDS = [
     # Four columns and two rows at once, where views meet; four columns alone.
     (slice_of(4, 6, channels=3), 20_000),
     (slice_of(16, -7, order=1, normalise=True), 20_000),
+    # Tiles and segments that reach no border, sharpened in words and not, and linear.
+    (slice_of(3, 2, units=12, shape=(42, 199)), 14_000),
+    (slice_of(3, 2, pixel_bits=16, units=12, shape=(42, 199)), 14_000),
+    (slice_of(3, 2, order=1, shape=(42, 199)), 10_000),
 ]
 
 
