@@ -106,7 +106,7 @@ def core_designs() -> Iterator[Design]:
 def full_plan(plan: Plan) -> Plan:
     """The core of a plan as a full build: all slices and channels, no shortcuts."""
     core = full_core(plan.core)
-    update = {"path": "core", "core": core, "slices": planned_slices(core, None)}
+    update = {"path": "core", "core": core, "slices": planned_slices(core, None, Screen())}
     return plan.model_copy(update=update)
 
 

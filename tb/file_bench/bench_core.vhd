@@ -37,9 +37,10 @@ entity bench_core is
     RADIUS              : natural  := 1;
     CONFIDENCE          : natural  := 0;
     VOTE_RADIUS         : natural  := 0;
-    -- Of a stack: whether the depth index finds depth between slices, and whether the picture comes out.
-    BETWEEN_SLICES : boolean := false;
-    PICTURE        : boolean := true
+    -- Of a stack: SHIFTS, PICTURE and SHARP_TOO of the depth index.
+    INDEX_SHIFTS : string  := "";
+    PICTURE      : boolean := true;
+    SHARP_TOO    : boolean := false
   );
   port (
     clk     : in    std_logic;
@@ -148,20 +149,8 @@ begin
 
   stack_and_index : if STACK generate
 
-    -- Depth between slices needs the focus settings, which the index otherwise does without.
-    function index_shifts return string is
-    begin
-
-      if BETWEEN_SLICES then
-        return SHIFTS;
-      end if;
-
-      return "";
-
-    end function index_shifts;
-
     constant DATA_BITS : positive := CHANNELS * PIXEL_BITS;
-    constant WORD_BITS : positive := index_word_bits(CHANNELS, PIXEL_BITS, index_shifts, false, PICTURE);
+    constant WORD_BITS : positive := index_word_bits(CHANNELS, PIXEL_BITS, INDEX_SHIFTS, false, PICTURE);
     constant INDEX_LOW : natural := choose(PICTURE, DATA_BITS, 0);
 
     signal valid        : std_logic;
@@ -210,12 +199,13 @@ begin
     index : entity work.depth_index
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SLICES           => slice_count(SHIFTS),
+        SLICES           => slice_count(SHIFTS) / choose(SHARP_TOO, 2, 1),
         RADIUS           => RADIUS,
         CONFIDENCE       => CONFIDENCE,
         VOTE_RADIUS      => VOTE_RADIUS,
-        SHIFTS           => index_shifts,
+        SHIFTS           => INDEX_SHIFTS,
         PICTURE          => PICTURE,
+        SHARP_TOO        => SHARP_TOO,
         MAX_COLUMNS      => MAX_COLUMNS,
         PIXELS_PER_CLOCK => PIXELS_PER_CLOCK,
         CHANNELS         => CHANNELS,
@@ -264,11 +254,11 @@ begin
         m_axis_tdata((j + 1) * DATA_BITS - 1 downto j * DATA_BITS) <= (others => '0');
       end generate no_picture;
 
-      depth_between : if BETWEEN_SLICES generate
+      depth_between : if INDEX_SHIFTS'length > 0 generate
         m_axis_depth((j + 1) * 16 - 1 downto j * 16) <= word(WORD_BITS - 1 downto WORD_BITS - 16);
       end generate depth_between;
 
-      slices_alone : if not BETWEEN_SLICES generate
+      slices_alone : if INDEX_SHIFTS'length = 0 generate
         m_axis_depth((j + 1) * 16 - 1 downto j * 16) <= (others => '0');
       end generate slices_alone;
 

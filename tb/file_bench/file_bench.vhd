@@ -50,7 +50,8 @@ entity file_bench is
     RADIUS              : natural  := 1;
     CONFIDENCE          : natural  := 0;
     VOTE_RADIUS         : natural  := 0;
-    BETWEEN_SLICES      : boolean  := false;
+    INDEX_SHIFTS        : string   := "";
+    SHARP_TOO           : boolean  := false;
     PICTURE             : boolean  := true;
     -- The frames in the file.
     COLUMNS       : positive := 1;
@@ -161,7 +162,8 @@ begin
       RADIUS              => RADIUS,
       CONFIDENCE          => CONFIDENCE,
       VOTE_RADIUS         => VOTE_RADIUS,
-      BETWEEN_SLICES      => BETWEEN_SLICES,
+      INDEX_SHIFTS        => INDEX_SHIFTS,
+      SHARP_TOO           => SHARP_TOO,
       PICTURE             => PICTURE
     )
     port map (

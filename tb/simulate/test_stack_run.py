@@ -154,3 +154,41 @@ def test_a_scene_of_all_slices(tmp_path: Path, plenofir) -> None:
     assert (report["mismatches"], report["pixels_compared"]) == (0, 5 * 9 * 28)
     assert report["waiting_bits"] == 0
     assert not (out / "all_in_focus.png").exists()
+
+
+@pytest.mark.parametrize(
+    "more", ["vote_radius = 0\n", pytest.param("between_slices = true\n", marks=pytest.mark.slow)]
+)
+def test_a_scene_with_a_smaller_box_in_focus(tmp_path: Path, plenofir, more: str) -> None:
+    scene, names = tmp_path / "scene.toml", ("-1/3", "1/3", "2/3")
+    scene.write_text(
+        'name = "test"\n[camera]\nmicro_image_size = 3\n'
+        '[frame]\ncolumns = 28\nrows = 9\ncolour = "grey"\n'
+        '[depth]\nslices = ["-1/3", "1/3", "2/3"]\n'
+        f'[stack]\noutput = "all-in-focus"\nsharp_box = 1\nconfidence = 15.0\n{more}'
+    )
+    raw = np.random.default_rng(4).integers(0, 256, (9, 28), np.uint8)
+    raw[:, :14] = 90
+    write_png(tmp_path / "raw.png", raw)
+    out = tmp_path / "out"
+    code, errors = plenofir(
+        *("--scene", str(scene), "--raw", str(tmp_path / "raw.png"), "--out", str(out))
+    )
+    assert code == 0, errors
+    slices, sharp = (np.stack([refocus(raw, 3, a, box=box) for a in names]) for box in (3, 1))
+    level, between = confidence_level(15.0, 3, 1), "between" in more
+    want = depth_index(
+        *(slices, 3, 1),
+        confidence=level,
+        vote_radius=int(between),
+        shifts=(-1, 1, 2) if between else (),
+        sharp=sharp,
+    )
+    assert 0 < np.mean(want.textured) < 1
+    assert np.array_equal(read_image(out / "depth_index.png")[::3, ::3] // 127, want.index)
+    assert np.array_equal(read_image(out / "all_in_focus.png"), want.image)
+    assert np.array_equal(read_image(out / "refocused_2_3.png"), slices[2])
+    assert np.array_equal(read_image(out / "refocused_2_3_box1.png"), sharp[2])
+    report = json.loads((out / "report.json").read_text())
+    assert (report["mismatches"], len(report["slices"])) == (0, 6)
+    assert report["micro_images_of_slice"] == np.bincount(want.index.ravel()).tolist()

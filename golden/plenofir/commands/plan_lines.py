@@ -81,6 +81,8 @@ def print_screen(plan: "Plan") -> None:
         print_line("output", ", ".join(_OUTPUTS[letter] for letter in screen.outputs))
     if screen.needs_index:
         votes = f", votes within {screen.vote_radius}" if screen.vote_radius else ""
+        if screen.sharp_box is not None:
+            votes += f", a box of {screen.sharp_box} in focus"
         waiting = screen.index(plan.core).memory_bits[0]
         print_line(
             "index",

@@ -201,20 +201,27 @@ def _candidates(
 ) -> Iterator[Candidate]:
     """Suitable cores in order of preference: best arithmetic first, then smallest."""
     scene, build = loaded.scene, loaded.scene.build
-    m = scene.camera.micro_image_size
+    m, boxes = scene.camera.micro_image_size, chosen_boxes(loaded, shifts)
+    if boxes and loaded.shown.sharp_box is not None:
+        raise InputError(
+            "sharp_box needs slices of M samples, which are judged; leave build.box, resolution "
+            "and noise out",
+            where=f"{loaded.path}: stack.sharp_box",
+        )
     raster = CoreConfiguration(
         micro_image_size=m,
         shifts=shifts,
         max_columns=scene.frame.columns,
         channels=scene.frame.channels,
         pixel_bits=scene.frame.bits,
-        boxes=chosen_boxes(loaded, shifts),
+        boxes=boxes,
         border=build.border,
     )
     if loaded.shown.needs_stack:
         # A core behind video cannot wait, see picture_core.vhd.
         engine = StackEngine(input_lines=m if build.path == "video" else 1)
-        stack = Candidate(loaded, raster.model_copy(update={"engine": engine}), device)
+        core = loaded.shown.in_pairs(raster.model_copy(update={"engine": engine}))
+        stack = Candidate(loaded, core, device)
         yield stack if build.path == "video" else stack.with_pixels()
         return
     order = interpolation_order(build.interpolation)

@@ -154,13 +154,14 @@ def _of_core(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfiguration]]
 
 def _of_stack(core: CoreConfiguration, screen: Screen) -> Iterator[_Feature]:
     """What all slices in one pass could be more, and are not."""
-    screen, full = replace(screen, overlay=None), full_core(core)
+    screen, full = replace(screen, overlay=None), screen.in_pairs(full_core(core))
     blocks = screen.blocks(core)
-    spare = len(full.shifts) - len(core.shifts)
+    slices = len(screen.shifts(full))
+    spare = slices - len(screen.shifts(core))
     if spare > 0:
         wide = core.model_copy(update={"shifts": full.shifts, "boxes": full.boxes})
         lines = core.engine.lines(wide) - core.engine.lines(core)
-        feature = f"{spare} of {len(full.shifts)} slices, {lines} of {extent(wide)}"
+        feature = f"{spare} of {slices} slices, {lines} of {extent(wide)}"
         yield _Feature(feature, screen.blocks(wide), blocks)
     if core.channels < full.channels:
         feature = f"{full.channels - core.channels} of {full.channels} channels"

@@ -4,6 +4,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
+from itertools import islice
 from math import gcd, inf
 
 from plenofir.camera.rays import RayModel, covering_slices, diffraction_note
@@ -68,11 +69,18 @@ def _gaps_of(
     return gaps_between(fields, depth.near_mm, depth.far_mm)
 
 
-def planned_slices(core: CoreConfiguration, model: RayModel | None) -> tuple[PlannedSlice, ...]:
-    """A core's slices: depth of field, resolution and noise of each with its box."""
+def planned_slices(
+    core: CoreConfiguration, model: RayModel | None, screen: Screen
+) -> tuple[PlannedSlice, ...]:
+    """A core's slices: depth of field, resolution and noise of each with its box.
+
+    Those that come twice, with two boxes, are listed once, with the box of M.
+    """
     m, parts = core.micro_image_size, zip(core.shifts, core.slice_boxes, core.weights, strict=True)
+    step = len(core.shifts) // len(screen.shifts(core))
     return tuple(
-        _planned_slice(m, shift, box, core.order, units, model) for shift, box, units in parts
+        _planned_slice(m, shift, box, core.order, units, model)
+        for shift, box, units in islice(parts, None, None, step)
     )
 
 
@@ -178,6 +186,17 @@ def _box_notes(loaded: LoadedScene, slices: Iterable[PlannedSlice]) -> Iterator[
             )
 
 
+def _beside_notes(core: CoreConfiguration, screen: Screen) -> Iterator[str]:
+    """Notes on slices whose smaller box lies beside that of M samples."""
+    m = core.micro_image_size
+    for shift, box in zip(core.shifts, core.slice_boxes, strict=True):
+        if screen.sharp_box is not None and (m - box) % 2:
+            yield (
+                f"a = {shift_to_text(shift, m)} lies half a pixel beside where it is in focus: "
+                f"M - B = {m - box} is odd"
+            )
+
+
 def _clock_notes(chosen: Candidate) -> tuple[str, ...]:
     asked, kept = chosen.loaded.scene.build.clock_mhz, chosen.core.kept_mhz(chosen.device)
     if asked is None or asked <= kept:
@@ -215,10 +234,10 @@ def make_plan(loaded: LoadedScene) -> Plan:
     engines, reason = engine_choice(chosen)
     if chosen.camera is not None:
         chosen.camera.check_clock(where=str(loaded.path))
-    slices = planned_slices(core, model)
+    slices = planned_slices(core, model, screen)
     gaps = _gaps_of(loaded, slices)
     # Beside the same board, sensor and screen, so that the core alone makes the difference.
-    full = replace(chosen, core=full_core(core))
+    full = replace(chosen, core=screen.in_pairs(full_core(core)))
 
     def needs(blocks: Iterable[Block]) -> dict[str, int]:
         return device.amounts(estimate(blocks, device.family))
@@ -253,7 +272,8 @@ def make_plan(loaded: LoadedScene) -> Plan:
         video_needs=needs([VIDEO]) if scene.build.path == "video" else None,
         full=device.amounts(full.usage),
         full_build=(
-            f"{len(full.core.shifts)} slices, {full.core.channels} channels, {extent(full.core)}"
+            f"{len(screen.shifts(full.core))} slices, {full.core.channels} channels, "
+            f"{extent(full.core)}"
         ),
         available=device.amounts(device.total),
         left_out=left_out(chosen),
@@ -264,7 +284,12 @@ def make_plan(loaded: LoadedScene) -> Plan:
         sensor=None if loaded.sensor is None else planned_sensor(loaded.sensor, device),
         camera=chosen.camera,
         edid=None if loaded.edid is None else loaded.edid.hex(),
-        notes=(*_notes_on(model), *_box_notes(loaded, slices), *_clock_notes(chosen)),
+        notes=(
+            *_notes_on(model),
+            *_box_notes(loaded, slices),
+            *_beside_notes(core, screen),
+            *_clock_notes(chosen),
+        ),
     )
 
 
@@ -275,7 +300,7 @@ def compared_boxes(loaded: LoadedScene, plan: Plan) -> list[tuple[int, Plan | In
     all slices, the smaller one. Instead of a plan stands the error if there is none. `plan`: of the
     scene; its slices are those of all plans.
     """
-    m, shifts = plan.core.micro_image_size, plan.core.shifts
+    m, shifts = plan.core.micro_image_size, plan.screen.shifts(plan.core)
     loaded = loaded.model_copy(update={"shifts": shifts})
     plans: dict[tuple[int, ...], tuple[int, Plan | InputError]] = {}
     for box in range(1, m + 1):

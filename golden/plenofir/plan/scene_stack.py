@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.ground.errors import InputError
+from plenofir.refocus.operator import least_box
 from plenofir.refocus.sharpness import (
     MAX_SHARPNESS_RADIUS,
     MAX_VOTE_RADIUS,
@@ -54,11 +55,19 @@ class SceneStack(Judging):
     # "slices": all of them, side by side; "all-in-focus": of each pixel that of its sharpest slice,
     # and the number of this slice; "depth": the number alone, so that no pixel has to wait for it.
     output: Literal["slices", "all-in-focus", "depth"] = "slices"
+    # Samples of the box, less than M, from which "all-in-focus" comes where a slice is in focus.
+    sharp_box: Annotated[int, Field(ge=1)] | None = None
 
     @property
     def judges(self) -> bool:
         """Whether a depth index follows."""
         return self.output != "slices"
+
+    @model_validator(mode="after")
+    def _is_shown(self) -> Self:
+        if self.sharp_box is not None and self.output != "all-in-focus":
+            raise ValueError("sharp_box needs the output 'all-in-focus'")
+        return self
 
 
 _LETTERS = {"slices": "s", "all-in-focus": "ai", "depth": "i"}
@@ -72,6 +81,7 @@ def judged(
     pixel: tuple[int, int],
     *,
     where: str,
+    sharp_box: int | None = None,
 ) -> Screen:
     """Outputs for which the sharpest slices are found.
 
@@ -90,13 +100,15 @@ def judged(
             f"a' = {' '.join(map(str, shifts))}",
             where=f"{where}.between_slices",
         )
+    weighs = part.vote_radius or part.between_slices or sharp_box is not None
     level = confidence_level(part.confidence, micro_image_size, part.radius, *pixel)
     return Screen(
         outputs=outputs,
         radius=part.radius,
-        confidence=level if part.vote_radius or part.between_slices else 0,
+        confidence=level if weighs else 0,
         vote_radius=part.vote_radius,
         between=part.between_slices,
+        sharp_box=sharp_box,
     )
 
 
@@ -108,8 +120,18 @@ def stack_of(
     *,
     where: str,
 ) -> Screen:
-    """What comes out of a scene's focal stack; see `judged`."""
+    """What comes out of a scene's focal stack; see `judged`.
+
+    InputError if no slice has a box between `sharp_box` and M.
+    """
     outputs = _LETTERS[part.output]
     if not part.judges:
         return Screen(outputs=outputs)
-    return judged(part, outputs, shifts, micro_image_size, pixel, where=f"{where}: stack")
+    where, m, box = f"{where}: stack", micro_image_size, part.sharp_box
+    if box is not None and not any(box <= m and least_box(m, s, box) < m for s in shifts):
+        raise InputError(
+            f"no slice of M = {m} has a box of {box} samples or more that is smaller than M; "
+            "use a smaller one, or leave it out",
+            where=f"{where}.sharp_box",
+        )
+    return judged(part, outputs, shifts, m, pixel, where=where, sharp_box=box)

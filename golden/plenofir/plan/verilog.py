@@ -20,7 +20,8 @@ def sizes_header(plan: Plan, top: str) -> str:
     complement, slice 0 in the lowest ones. The guard is named after the entity `top`.
     """
     core, screen = plan.core, plan.screen
-    shifts = "_".join(f"{shift % (1 << _SHIFT_BITS):04x}" for shift in reversed(core.shifts))
+    slices = screen.shifts(core)
+    shifts = "_".join(f"{shift % (1 << _SHIFT_BITS):04x}" for shift in reversed(slices))
     generics = core.generics()
     values = {
         "MICRO_IMAGE_SIZE": core.micro_image_size,
@@ -29,8 +30,8 @@ def sizes_header(plan: Plan, top: str) -> str:
         "PIXELS_PER_CLOCK": core.pixels_per_clock,
         "CHANNELS": core.channels,
         "PIXEL_BITS": core.pixel_bits,
-        "SLICES": len(core.shifts),
-        "SHIFTS": f"{_SHIFT_BITS * len(core.shifts)}'h{shifts}",
+        "SLICES": len(slices),
+        "SHIFTS": f"{_SHIFT_BITS * len(slices)}'h{shifts}",
         "CENTRED": int(bool(generics["CENTRED"])),
         "EXACT": int(core.exact),
         "INTERPOLATION_ORDER": core.order,

@@ -11,6 +11,7 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import package_text, top_text
+from plenofir.plan.ip.components import components
 from plenofir.plan.plan import Plan
 
 STACK = """
@@ -111,6 +112,60 @@ def test_top_level(tmp_path: Path) -> None:
     assert 'constant INDEX_SHIFTS : string := "-1 0 1";' in package
 
 
+SHARP = ('"slices"', '"all-in-focus"\nsharp_box = 3')
+GREY = (
+    *(('"rgb"', '"grey"'), ("pixels_per_clock = 4", "pixels_per_clock = 1")),
+    *(("lfe5u-45f", "xc6slx45-3csg324"), ("rate_hz = 60.0", "")),
+)
+
+
+def test_a_smaller_box_in_focus(tmp_path: Path) -> None:
+    """The core has each slice twice, the plan's tables once."""
+    plan = plan_of(tmp_path, *GREY, SHARP)
+    assert plan.core.shifts == (-1, -1, 0, 0, 1, 1)
+    # Views of an integer a meet in groups of M.
+    assert plan.core.slice_boxes == (5, 3, 5, 5, 5, 3)
+    assert [(part.shift, part.box) for part in plan.slices] == [(-1, 5), (0, 5), (1, 5)]
+    assert plan.full_build.startswith("11 slices, ")
+    spare = next(part for part in plan.left_out if "slices" in part.what)
+    assert spare.what.startswith("8 of 11 slices, ")
+    without = plan_of(tmp_path, *GREY, ('"slices"', '"all-in-focus"'))
+    assert len(plan.screen.in_pairs(without.core).shifts) == 6
+    assert plan.latency_lines == without.latency_lines
+    # The core with registers has one box for each slice.
+    assert [[part.name for part in components(p)] for p in (plan, without)] == [
+        ["refocuser"],
+        ["refocuser", "stack_axi"],
+    ]
+    package = package_text(plan)
+    assert "constant INDEX_SLICES : natural := 3;" in package
+    assert "constant INDEX_SHARP_TOO : boolean := true;" in package
+    assert "entity work.depth_index" in top_text(plan)
+
+
+def test_index_of_two_boxes_as_counted(tmp_path: Path) -> None:
+    """Of `plenofir.data`: 1248 LUT and 21 block RAM without it, 1427 and 36 with it."""
+    size = ("columns = 320", "columns = 640")
+    votes = "\nvote_radius = 0"
+    once, pairs = (
+        plan_of(tmp_path, *GREY, size, (SHARP[0], f'"all-in-focus"{votes}{box}'))
+        for box in ("", "\nsharp_box = 3")
+    )
+    found = [
+        estimate((p.screen.index(p.core).block(chosen_too=False),), "spartan6")
+        for p in (once, pairs)
+    ]
+    assert [usage.block_rams for usage in found] == [21, 36]
+    assert [usage.lut for usage in found] == [pytest.approx(n, rel=0.17) for n in (1248, 1427)]
+
+
+def test_a_box_that_lies_beside_is_told(tmp_path: Path) -> None:
+    even = plan_of(tmp_path, *GREY, (SHARP[0], SHARP[1].replace("3", "2")))
+    beside = [note for note in even.notes if "half a pixel beside" in note]
+    assert [note.split(" lies")[0] for note in beside] == ["a = -1/5", "a = 1/5"]
+    assert not plan_of(tmp_path, *GREY, SHARP).notes
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -137,6 +192,20 @@ def test_top_level(tmp_path: Path) -> None:
         (
             [("columns = 320", "columns = 1920"), ('"slices"', '"all-in-focus"')],
             "of 108 block RAM (18 Kbit); use fewer slices, columns or votes, stack.output",
+        ),
+        ([("output =", "sharp_box = 3\noutput =")], "stack: sharp_box needs the output 'all-in-"),
+        ([(SHARP[0], f"{SHARP[1]}#".replace("3#", "0"))], "stack.sharp_box = 0 should be greater"),
+        *(
+            ([(SHARP[0], f"{SHARP[1]}#".replace("3#", box))], f"has a box of {box} samples or more")
+            for box in ("5", "6")
+        ),
+        ([SHARP, ('"-1/5", "0", "1/5"', '"0", "1"')], "no slice of M = 5 has a box of 3 samples"),
+        *(
+            (
+                [SHARP, ("pixels_per", f"{wish}\npixels_per")],
+                "stack.sharp_box: sharp_box needs slices",
+            )
+            for wish in ("resolution = 0.5", "noise = 0.3")
         ),
         ([("rate_hz = 60.0", "rate_hz = 6000.0")], "240 at 6000 Hz needs 115.2 MHz at 4 pixels"),
     ],

@@ -11,6 +11,7 @@ from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import Generics
 from plenofir.fpga.resources.estimate import Block
 from plenofir.fpga.screen.overlay import OVERLAY_CLOCKS, Overlay
+from plenofir.refocus.operator import least_box
 from plenofir.refocus.sharpness import FRACTION_BITS
 
 SCREEN_PACKAGE = "screen_pkg"
@@ -37,6 +38,9 @@ class Screen:
     colours: tuple[tuple[int, int, int], ...] = ()
     between: bool = False  # whether depth between slices is found
     overlay: Overlay | None = None
+    # Samples of a box where a slice is in focus, if it is less than M, the box elsewhere: the core
+    # has each slice twice, see `in_pairs`.
+    sharp_box: int | None = None
 
     @property
     def needs_stack(self) -> bool:
@@ -48,11 +52,28 @@ class Screen:
         """Whether the sharpest of them are found."""
         return bool(set(self.outputs) & {"a", "d", "i"})
 
+    def in_pairs(self, core: CoreConfiguration) -> CoreConfiguration:
+        """A core of some slices as its outputs take them.
+
+        With `sharp_box` each comes twice, with its box of M and beside it with the smallest of
+        `sharp_box` samples or more.
+        """
+        if self.sharp_box is None:
+            return core
+        m = core.micro_image_size
+        boxes = (b for shift in core.shifts for b in (m, least_box(m, shift, self.sharp_box)))
+        shifts = (shift for shift in core.shifts for _ in range(2))
+        return core.model_copy(update={"shifts": tuple(shifts), "boxes": tuple(boxes)})
+
+    def shifts(self, core: CoreConfiguration) -> tuple[int, ...]:
+        """The a' in pixels of a core's slices, each once."""
+        return core.shifts if self.sharp_box is None else core.shifts[::2]
+
     def index(self, core: CoreConfiguration) -> DepthIndexConfiguration:
         """Depth index behind the focal stack."""
         return DepthIndexConfiguration(
             micro_image_size=core.micro_image_size,
-            slices=len(core.shifts),
+            slices=len(self.shifts(core)),
             radius=self.radius,
             confidence=self.confidence,
             vote_radius=self.vote_radius,
@@ -60,8 +81,9 @@ class Screen:
             pixels_per_clock=core.pixels_per_clock,
             channels=core.channels,
             pixel_bits=core.pixel_bits,
-            shifts=core.shifts if self.between else (),
+            shifts=self.shifts(core) if self.between else (),
             picture=self.outputs != "i",
+            sharp_too=self.sharp_box is not None,
         )
 
     def blocks(self, core: CoreConfiguration) -> tuple[Block, ...]:

@@ -193,8 +193,10 @@ def core_generics(
     if index is not None:
         judged = index.generics()
         values |= {name: judged[name] for name in ("RADIUS", "CONFIDENCE", "VOTE_RADIUS")}
-        values["BETWEEN_SLICES"] = bool(index.shifts)
+        # GHDL takes no empty text.
+        values |= {"INDEX_SHIFTS": judged["SHIFTS"]} if index.shifts else {}
         values["PICTURE"] = index.picture
+        values["SHARP_TOO"] = index.sharp_too
     return values
 
 

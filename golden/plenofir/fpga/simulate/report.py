@@ -167,7 +167,10 @@ def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, s
     if isinstance(report, ScreenReport):
         pictures += [entry.picture for entry in report.shown]
     if isinstance(report, StackReport):
-        for slice_, count in zip(report.slices, report.micro_images_of_slice, strict=True):
+        # Each slice may have come twice, with two boxes.
+        counts = report.micro_images_of_slice
+        once = report.slices[:: len(report.slices) // len(counts)]
+        for slice_, count in zip(once, counts, strict=True):
             lines.append((f"a = {slice_.a}", f"sharpest in {count} micro images"))
         parts = {
             "shared": report.history_bits,

@@ -107,7 +107,8 @@ def scene_image(core: CoreConfiguration, rows: int) -> Image:
 def read_raw(request: Run) -> Picture:
     """The raw image; InputError if the core cannot take it."""
     core, where = request.core, str(request.raw)
-    if len(set(core.shifts)) < len(core.shifts):
+    shifts = request.screen.shifts(core)
+    if len(set(shifts)) < len(shifts):
         raise InputError("a slice is given twice; give each once", where="shifts")
     picture = read_picture(request.raw)
     raw = picture.pixels

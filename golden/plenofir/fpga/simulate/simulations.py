@@ -174,9 +174,14 @@ class StackSimulation(Simulation):
 
     @property
     def pictures(self) -> list[tuple[str, ...]]:
-        """The refocused picture of each slice, always with a in its name."""
-        m = self.core.micro_image_size
-        return [picture_names(shift, m, 2)[:1] for shift in self.core.shifts]
+        """The refocused picture of each slice and box, always with a in its name."""
+        m, names = self.core.micro_image_size, list[tuple[str, ...]]()
+        for shift, box in zip(self.core.shifts, self.core.slice_boxes, strict=True):
+            name = picture_names(shift, m, 2)[0]
+            # A slice comes twice if it has two boxes, the smaller one second.
+            again = (name,) in names
+            names.append((name.replace(".png", f"_box{box}.png") if again else name,))
+        return names
 
     def run(self, place: Place) -> BenchResult:
         """Pass one frame through the stack."""

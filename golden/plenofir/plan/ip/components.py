@@ -246,7 +246,7 @@ def _scene_stack_generics(plan: Plan) -> Generics | None:
     if not plan.screen.needs_index:
         return generics
     index = plan.screen.index(plan.core)
-    if not index.picture or index.shifts:
+    if not index.picture or index.shifts or index.sharp_too:
         return None
     judged = index.generics()
     own = {name: judged[name] for name in ("RADIUS", "CONFIDENCE", "VOTE_RADIUS")}
