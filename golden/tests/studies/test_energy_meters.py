@@ -63,13 +63,14 @@ def test_a_processor_s_energy_is_that_of_all_packages(tmp_path):
     assert "has no package of RAPL" in str(cpu_meter(tmp_path))
     first = zone(tmp_path, 0, "package-0", 9_000_000)
     second = zone(tmp_path, 1, "package-1", 1_000_000)
-    zone(tmp_path, 2, "psys", 3)
+    others = zone(tmp_path, 2, "psys", 3)
     meter = cpu_meter(tmp_path)
     assert isinstance(meter, Meter)
     before = meter.read()
     # One of the counters begins again.
     first.write_text("500000\n")
     second.write_text("3000000\n")
+    others.write_text("4000000\n")
     assert meter.spent(before, meter.read()) == pytest.approx(1.5 + 2)
     second.write_text("none\n")
     assert str(cpu_meter(tmp_path)).startswith("the processor's energy is not known: ")
@@ -85,5 +86,7 @@ def test_frames_of_some_seconds_are_counted(rate, least, most):
     # One frame comes before the first reading.
     assert spent.frames == len(works) - 1
     assert least <= spent.frames <= most
+    # Few frames may be under way.
+    assert len(waits) >= (spent.frames if rate < inf else spent.frames // 32)
     assert spent.watts == pytest.approx(3 / spent.seconds)
     assert spent.seconds >= 0.2

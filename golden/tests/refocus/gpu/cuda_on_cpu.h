@@ -3,6 +3,8 @@
 // Runs a kernel of CUDA C++ on the processor: blocks one after the other, threads as contexts that take turns at
 // barriers. Shared memory begins with garbage, as on a GPU.
 
+#include <setjmp.h>
+#include <signal.h>
 #include <ucontext.h>
 
 #include <cstdio>
@@ -99,12 +101,24 @@ static void one_thread()
     swapcontext(&contexts[running], &scheduler);
 }
 
-// Runs `work` in all threads of all blocks. Threads that wait at a barrier which others never reach end the process.
-static void run_blocks(void (*kernel)(), const unsigned* grid, unsigned threads, unsigned char* shared,
+static sigjmp_buf before_blocks;
+
+static void leave_blocks(int) { siglongjmp(before_blocks, 1); }
+
+// Runs `kernel` in all threads of all blocks; false if it touches a protected page. Threads that wait at a barrier which
+// others never reach end the process.
+static bool run_blocks(void (*kernel)(), const unsigned* grid, unsigned threads, unsigned char* shared,
                        size_t shared_bytes, const long long* arguments)
 {
     work = kernel;
     given = arguments;
+    struct sigaction leaving = {}, usual;
+    leaving.sa_handler = leave_blocks;
+    sigaction(SIGSEGV, &leaving, &usual);
+    if (sigsetjmp(before_blocks, 1)) {
+        sigaction(SIGSEGV, &usual, nullptr);
+        return false;
+    }
     static std::vector<char> stacks;
     stacks.resize(threads * STACK_BYTES);
     contexts.resize(threads);
@@ -131,4 +145,6 @@ static void run_blocks(void (*kernel)(), const unsigned* grid, unsigned threads,
                 }
             }
         }
+    sigaction(SIGSEGV, &usual, nullptr);
+    return true;
 }

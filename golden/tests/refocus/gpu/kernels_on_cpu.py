@@ -8,10 +8,13 @@ import ctypes
 import re
 import subprocess
 from collections.abc import Callable, Sequence
+from mmap import PAGESIZE, mmap
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
+
+import numpy as np
 
 _HERE = Path(__file__).parent
 _NAMESPACE = """
@@ -22,10 +25,10 @@ alignas(16) unsigned char block_memory[1 << 18];
 """
 _RUN = """
 static void thread_of_{kernel}() {{ {kernel}({arguments}); }}
-extern "C" void run_{kernel}(const unsigned* grid, unsigned threads, size_t bytes,
+extern "C" int run_{kernel}(const unsigned* grid, unsigned threads, size_t bytes,
                              const long long* arguments)
 {{
-    run_blocks(thread_of_{kernel}, grid, threads, block_memory, bytes, arguments);
+    return run_blocks(thread_of_{kernel}, grid, threads, block_memory, bytes, arguments);
 }}
 """
 _SIGNATURE = re.compile(r'extern "C" __global__ void.*?(\w+)\(([^()]*)\)\n\{', re.DOTALL)
@@ -62,12 +65,13 @@ def compiled_kernels(texts: Sequence[str]) -> list[dict[str, Run]]:
         def run(
             grid: tuple[int, int], threads: int, shared_bytes: int, arguments: Sequence[int]
         ) -> None:
-            entry(
+            inside = entry(
                 (ctypes.c_uint * 2)(*grid),
                 ctypes.c_uint(threads),
                 ctypes.c_size_t(shared_bytes),
                 (ctypes.c_longlong * len(arguments))(*map(int, arguments)),
             )
+            assert inside, "memory was touched beyond an array"
 
         return run
 
@@ -75,6 +79,22 @@ def compiled_kernels(texts: Sequence[str]) -> list[dict[str, Run]]:
         {name: run_of(loaded[f"run_{name}_{number}"]) for name in of_text}
         for number, of_text in enumerate(names)
     ]
+
+
+def beside_protected(array: np.ndarray, at_end: bool) -> np.ndarray:
+    """A copy whose memory ends, or begins, where pages begin that nobody may touch."""
+    pages = -(-array.nbytes // PAGESIZE)
+    memory = mmap(-1, (pages + 2) * PAGESIZE)
+    address = ctypes.addressof(ctypes.c_char.from_buffer(memory))
+    for page in (0, pages + 1):
+        status = ctypes.CDLL(None).mprotect(
+            ctypes.c_void_p(address + page * PAGESIZE), ctypes.c_size_t(PAGESIZE), 0
+        )
+        assert status == 0
+    first = (pages + 1) * PAGESIZE - array.nbytes if at_end else PAGESIZE
+    copy = np.frombuffer(memory, array.dtype, array.size, first).reshape(array.shape)
+    copy[:] = array
+    return copy
 
 
 class _Device:

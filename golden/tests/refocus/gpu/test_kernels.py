@@ -9,7 +9,7 @@ from math import gcd
 import array_api_strict
 import numpy as np
 import pytest
-from kernels_on_cpu import compiled_kernels
+from kernels_on_cpu import beside_protected, compiled_kernels
 
 from plenofir.ground.errors import InputError
 from plenofir.refocus import ExactArithmetic, refocus, refocus_stack, sharpest_slices
@@ -78,16 +78,16 @@ def tiled(kind, limit, rng):
 
 def by_kernel(run, kind, tile, raw, region):
     """The region of a picture by one of the kernels."""
-    out = np.full((len(region[0]), len(region[1]), *raw.shape[2:]), 77, raw.dtype)
+    # Arrays begin and end at any byte, and what is beyond them is not touched.
+    at_end = region[0].start == 0
+    shape = len(region[0]), len(region[1]), *raw.shape[2:]
+    out = beside_protected(np.full(shape, 77, raw.dtype), at_end)
     reached = [
         arrived(n, kind.micro_image_size, kind.shift, kind.order, kind.align, kind.box)
         for n in raw.shape[:2]
     ]
     weights = [np.ascontiguousarray(weight[:: kind.step], np.int64) for weight in reached]
-    # Frames begin and end at any byte.
-    memory = np.full(raw.nbytes + 8, 255, np.uint8)
-    frame = memory[2 + len(region[0]) % 2 * (2 - raw.itemsize) :][: raw.nbytes].view(raw.dtype)
-    frame[:] = raw.ravel()
+    frame = beside_protected(raw, at_end)
     down, across, pixels, picture = (array.ctypes.data for array in (*weights, frame, out))
     ends = (end for part in region for end in (part.start, part.stop))
     numbers = (pixels, picture, down, across, 0, 0, *raw.shape[:2], *ends, 0)
@@ -134,6 +134,17 @@ def test_kernels_equal_the_reference():
                 got = by_kernel(kernel["refocus_tiles"], kind, tile, raw, (rows, columns))
                 part = want[rows.start : rows.stop, columns.start : columns.stop]
                 assert np.array_equal(got, part), (kind, tile)
+
+
+def test_a_tile_may_end_at_the_frame_s_last_row():
+    kind = slice_of(3, 1)
+    tile = replace(tiled(kind, 9_000, np.random.default_rng(1)), rows=8)
+    (kernel,) = compiled_kernels([source([kind], [tile])])
+    for rows in range(16, 24):
+        raw = np.full((rows, SHAPE[1]), 255, np.uint8)
+        regions = range(rows), range(SHAPE[1])
+        got = by_kernel(kernel["refocus_tiles"], kind, tile, raw, regions)
+        assert np.array_equal(got, reference(replace(kind, shape=raw.shape, region=regions), raw))
 
 
 @pytest.mark.parametrize(
@@ -208,14 +219,15 @@ def test_slices_of_one_read_equal_those_of_the_cpu(shape, options, gpu_on_cpu, m
 
 
 @pytest.mark.parametrize(
-    ("shape", "pixel_bits", "options"),
+    ("m", "shape", "pixel_bits", "options"),
     [
-        ((61, 58, 3), 16, {"between": True, "vote_radius": 2, "border": "normalise"}),
-        ((43, 67), 8, {"radius": 2, "interpolation": 1}),
+        (4, (61, 58, 3), 16, {"between": True, "vote_radius": 2, "border": "normalise"}),
+        # Lenses begin at any byte of a word.
+        (5, (43, 67, 3), 8, {"radius": 2}),
     ],
 )
 def test_depth_without_slices_equals_that_of_the_cpu(
-    shape, pixel_bits, options, gpu_on_cpu, monkeypatch
+    m, shape, pixel_bits, options, gpu_on_cpu, monkeypatch
 ):
     monkeypatch.setattr(program, "MOST_SLICES", 3)
     options = dict(options)
@@ -226,26 +238,26 @@ def test_depth_without_slices_equals_that_of_the_cpu(
     # A half without texture, with a spot that votes.
     raw[:, : shape[1] // 2] = 90
     raw[27:31, 3:7] = 200
-    settings = [Fraction(n, 4) for n in (-3, 0, 1, 4, 6)]
+    settings = [Fraction(n, m) for n in (-3, 0, 1, 4, 6)]
     how = {name: options[name] for name in ("border", "interpolation") if name in options}
     sharpness = [
-        local_sharpness(image, 4, options.get("radius", 1))
-        * (slice_weight(int(4 * a), 4) if "between" in options else 16)
+        local_sharpness(image, m, options.get("radius", 1))
+        * (slice_weight(int(m * a), m) if "between" in options else 16)
         >> 4
-        for image, a in zip(refocus_stack(raw, 4, settings, **how), settings, strict=True)
+        for image, a in zip(refocus_stack(raw, m, settings, **how), settings, strict=True)
     ]
     # Half of the lenses have texture.
     options["confidence"] = int(np.median(np.ptp(sharpness, axis=0)))
-    want = sharpest_slices(raw, 4, settings, **options)
+    want = sharpest_slices(raw, m, settings, **options)
     on_gpu = array_api_strict.asarray(raw)
-    got = sharpest_slices(on_gpu, 4, settings, **options)
+    got = sharpest_slices(on_gpu, m, settings, **options)
     kernels = ["find_sharpest", *["vote", "fill"] * ("vote_radius" in options)]
     assert gpu_on_cpu.launched == ["refocus_tiles"] * 2 + kernels + ["refocus_tiles"] * 2
     assert len(np.unique(want.index)) > 2
     assert not np.all(want.textured)
     assert np.any(want.textured)
     monkeypatch.setattr(program, "run_tiles", lambda *_: False)
-    by_library = sharpest_slices(on_gpu, 4, settings, **options)
+    by_library = sharpest_slices(on_gpu, m, settings, **options)
     for of_cpu, *others in zip(
         *(vars(each).values() for each in (want, got, by_library)), strict=True
     ):
