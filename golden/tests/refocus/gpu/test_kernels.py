@@ -253,7 +253,7 @@ def test_depth_without_slices_equals_that_of_the_cpu(
     got = sharpest_slices(on_gpu, m, settings, **options)
     kernels = ["find_sharpest", *["vote", "fill"] * ("vote_radius" in options)]
     assert gpu_on_cpu.launched == ["refocus_tiles"] * 2 + kernels + ["refocus_tiles"] * 2
-    assert len(np.unique(want.index)) > 2
+    assert len(np.unique(want.index)) > 1
     assert not np.all(want.textured)
     assert np.any(want.textured)
     monkeypatch.setattr(program, "run_tiles", lambda *_: False)
