@@ -4,7 +4,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from plenofir.commands.looks import Look
     from plenofir.commands.results import Floats
     from plenofir.ground.images import Image, Picture
+    from plenofir.view import Page
 
 Show = Callable[[int, int], None]
 # Least probability of a depth that counts, and percentiles of the depths that are shown, from - to.
@@ -433,6 +434,26 @@ def slices_between(field: FocusedField, depth: "FocusedDepth", most: int) -> lis
     if count == 1:
         return [float(low + high) / 2]
     return [float(one) for one in np.linspace(low, high, count)]
+
+
+def page_of(field: FocusedField, title: str) -> "Page":
+    """The page on which a slider refocuses a capture; depth is searched when it is first needed."""
+    from plenofir.camera.focused import search_depth
+    from plenofir.ground.images import eight_bits
+    from plenofir.view import focused_page
+
+    depth = cache(lambda: search_depth(field.capture))
+    return focused_page(
+        field.capture,
+        field.scale,
+        field.look.field,
+        title=title,
+        look=field.look.exposure,
+        pictures={
+            "sharp": lambda: eight_bits(sharp(field, depth()).pixels),
+            "depth": lambda: maps_of(field, depth(), _SURE).picture(),
+        },
+    )
 
 
 def picture_folder(field: FocusedField, folder: Path, show: Show) -> None:

@@ -77,4 +77,4 @@ class FocusedAlbum(Album):
         return self.focal.shown(inverse).pixels
 
     def viewer(self, title: str, exposed: "Exposure") -> None:
-        """None: `plenofir view` shows these pictures two at a time."""
+        """None: `plenofir view` refocuses the capture itself."""

@@ -102,7 +102,8 @@ def view(
     """Refocus a light field in the browser: click to focus, distances in mm.
 
     The page is served on this machine alone, at an address with a random token, until Ctrl-C. Of a
-    focused camera's capture, with --calib, it shows planes, all in focus and depth two at a time.
+    focused camera's capture, with --calib, it refocuses to a virtual depth; --export writes planes,
+    all in focus and depth, two at a time.
     """
     if (raster is None) == (source is None):
         raise InputError("give either a raw image or a folder of pictures, or --source")
@@ -137,21 +138,20 @@ def view(
 
 
 def _view_focused(focal: "FocusedField", path: Path, out: Path | None, where: _Where) -> None:
-    """Show the pictures of a focused camera's capture two at a time."""
+    """Show a focused camera's capture; in a file its pictures, two at a time."""
     from tempfile import TemporaryDirectory
 
-    from plenofir.commands.focused import picture_folder
+    from plenofir.commands.focused import page_of, picture_folder
     from plenofir.view import pictures_page
 
+    if out is None:
+        print_notes()
+        serve_page(page_of(focal, as_text(path.name)), where.port, where.browser)
+        return
     with TemporaryDirectory(prefix="plenofir-") as folder:
         with progress_bar("refocusing") as show:
             picture_folder(focal, Path(folder), show)
-        page = pictures_page(Path(folder), as_text(path.name))
-        if out is not None:
-            _export(page, out, where)
-            return
-        print_notes()
-        serve_page(page, where.port, where.browser)
+        _export(pictures_page(Path(folder), as_text(path.name)), out, where)
 
 
 def _export(page: "Page", out: Path, where: _Where) -> None:

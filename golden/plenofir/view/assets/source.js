@@ -77,6 +77,28 @@ export async function loadPicture(name) {
     return { ...found, bits, channels, exposure: JSON.parse(fact("exposure")) };
 }
 
+/** A capture of a focused camera, four channels of 16 bits, and its lenses, four numbers each. */
+export async function loadCapture() {
+    const [capture, lenses] = await Promise.all([part("capture"), part("lenses")]);
+    return {
+        capture: new Uint16Array(await inflated(capture.blob)),
+        lenses: new Float32Array(await inflated(lenses.blob)),
+    };
+}
+
+/** A picture that is shown as it is. */
+export async function loadShown(name) {
+    const found = await decodedImage((await part(name)).blob);
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [found.width, found.height];
+    canvas.getContext("2d").putImageData(found, 0, 0);
+    return canvas;
+}
+
+function inflated(blob) {
+    return new Response(blob.stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+}
+
 function samples(field, buffer) {
     return field.bits === 8 ? new Uint8Array(buffer) : new Uint16Array(buffer);
 }
@@ -139,8 +161,7 @@ export async function loadEverywhere(field, bin) {
 export async function loadDepth(field) {
     if (!field.has_depth) return null;
     const { blob, fact } = await part("depth");
-    const stream = blob.stream().pipeThrough(new DecompressionStream("deflate"));
-    const values = new Uint16Array(await new Response(stream).arrayBuffer());
+    const values = new Uint16Array(await inflated(blob));
     const [rows, columns] = fact("size").split("x").map(Number);
     const range = fact("range").split(",").map(Number);
     // Colours are for what is there; few micro lenses in a hundred may be wrong.
