@@ -34,7 +34,7 @@ Show = Callable[[int, int], None]
 _SURE, _SHARE = 0.5, (3, 97)
 # Planes this near in pixels of parallax between micro images look the same; most of them in a page.
 _ALIKE, _PLANES = 0.15, 9
-_STANDARD = "is not for a capture of a focused camera"
+STANDARD = "is not for a capture of a focused camera"
 # 1 / v that a calibration has while its types are searched: on the side of Galilean cameras.
 _ANY = 0.3
 # Virtual depth of the picture that the exposure is taken from where types are sharp at infinity.
@@ -218,13 +218,16 @@ class FocusedField:
     look: "Look"
     notes: tuple[str, ...]
 
-    def shown(self, inverse: "Floats | float") -> "Picture":
-        """The picture at 1 / v, one or one for each place, as it is looked at."""
+    def upright(self, inverse: "Floats | float", unit: int) -> "Image":
+        """The picture at 1 / v, one or one for each place; `unit` as `refocused` has it."""
         from plenofir.ground.images import upright
 
-        image = self.capture.refocused(inverse, self.look.unit)
-        turned = self.capture.picture._replace(pixels=image, mosaic=None)
-        return self.look(upright(turned).pixels)
+        image = self.capture.refocused(inverse, unit)
+        return upright(self.capture.picture._replace(pixels=image, mosaic=None)).pixels
+
+    def shown(self, inverse: "Floats | float") -> "Picture":
+        """The picture at 1 / v, one or one for each place, as it is looked at."""
+        return self.look(self.upright(inverse, self.look.unit))
 
     def planes(self, texts: list[str] | None) -> "list[tuple[float, float]]":
         """Virtual depths of an option, and 1 / v between micro images."""
@@ -294,7 +297,7 @@ def refocus_to(
     field: FocusedField, texts: list[str] | None, path: Path, used: Mapping[str, object]
 ) -> None:
     """Write the picture at a virtual depth; `used` are options of standard cameras."""
-    options.refuse_used(used, _STANDARD)
+    options.refuse_used(used, STANDARD)
     planes = field.planes(texts)
     if len(planes) > 1:
         raise InputError(f"takes one plane, not {len(planes)}", where="virtual_depth")
@@ -321,7 +324,7 @@ def sweep(
     """
     from plenofir.camera.focused import search_depth
 
-    options.refuse_used(used, _STANDARD)
+    options.refuse_used(used, STANDARD)
     check_folder(folder, str(folder))
     planes = field.planes(texts)
     with progress_bar("refocusing") as show, Results(folder) as results:
@@ -407,7 +410,7 @@ def depth_maps(
     """
     from plenofir.camera.focused import search_depth
 
-    options.refuse_used(used, _STANDARD)
+    options.refuse_used(used, STANDARD)
     search = None
     if ends != (None, None):
         near, far = ends

@@ -2,6 +2,7 @@
 """Commands that refocus: refocus, stack."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from math import ceil
@@ -13,6 +14,7 @@ import typer
 from plenofir.commands import file_options, options
 from plenofir.commands.console import note, print_lines, progress_bar
 from plenofir.commands.focused import AtDepth, refocus_to, sweep
+from plenofir.commands.focused_volumes import write_planes
 from plenofir.commands.groups import CameraData, LookIfGiven, LookOptions, Operator, Pupil
 from plenofir.commands.looks import look_for, setting_text
 from plenofir.commands.rasters import model_of, read_field, warn_of_camera
@@ -152,11 +154,23 @@ def _region(text: str) -> tuple[slice, slice]:
     return slice(top, bottom), slice(left, right)
 
 
+def _volume_file(
+    out: str, z: list[str] | None, of_folders: Mapping[str, object], *inputs: str | None
+) -> Path | None:
+    """The file of a volume, if one is asked for."""
+    if is_volume(out):
+        options.refuse_used(of_folders, "is for a folder of slices")
+        return check_file(out, VOLUMES, *inputs)
+    if z:
+        raise InputError("is for volumes; give --out NAME.ome.tif, too", where=options.typed("z"))
+    return None
+
+
 def _volume(
     raster: str,
     hints: "Hints",
     planes: tuple[list[str] | None, list[str] | None],
-    out: str,
+    path: Path,
     camera: CameraData,
     **how: Any,
 ) -> str:
@@ -165,7 +179,6 @@ def _volume(
     from plenofir.commands.volumes import deepened, slices_of_volume
     from plenofir.ground.volumes import write_volume
 
-    path = check_file(out, VOLUMES, raster)
     field, m, *_ = read_field(raster, hints, rectangles=True)
     pixels = deepened(field.pixels)
     if is_rectangle(pixels):
@@ -178,7 +191,7 @@ def _volume(
         slices = pictures_of(pixels, m, chosen.settings, show, **how)
         total = len(chosen.settings)
         shape = write_volume(path, [slices], 1, total, voxel=chosen.voxel, about=chosen.about())
-    return f"{out}: {chosen.words(1, shape[3:], pixels.dtype)}"
+    return f"{path}: {chosen.words(1, shape[3:], pixels.dtype)}"
 
 
 @dataclass(frozen=True)
@@ -242,7 +255,8 @@ def stack(
     them, with one exposure for all, and the border is normalised; with --depth-index they are the
     VHDL's, and --box is for what all_in_focus.png has in focus. A volume keeps the light field's
     values, in 16 bits, and with a microscope as --camera has sizes in um. A focused camera's
-    capture, with --calib, is swept over virtual depths, -v.
+    capture, with --calib, is swept over virtual depths, -v; with its --camera a volume's planes can
+    be given by --z, distances from the micro lenses in mm.
     """
     from plenofir.camera.description import description_of
     from plenofir.camera.lightfield.any_field import (
@@ -256,32 +270,36 @@ def stack(
     from plenofir.refocus.sharpness import MAX_STACK
 
     how = pupil.how()
+    of_folders = {
+        "all_in_focus": extra.everywhere,
+        "depth_index": extra.index,
+        "radius": extra.radius != 1,
+        "exposure": exposed.exposure is not None,
+        "gamma": exposed.gamma is not None,
+    }
+    volume = _volume_file(out, z, of_folders, raster, of.calib)
     field = of.opened(raster, hints, camera, exposed.exposure or "auto", exposed.gamma)
     if field is not None:
-        standard: dict[str, object] = {"a": a, "z": z, "border": border, "out": is_volume(out)}
-        standard |= {
+        standard: dict[str, object] = {
+            "a": a,
+            "border": border,
             "depth_index": extra.index,
             "aperture": pupil.aperture,
             "tilt": pupil.tilt,
             "box": pupil.box,
         }
-        sweep(field, of.virtual_depth, Path(out), standard, everywhere=extra.everywhere)
+        if volume is None:
+            sweep(field, of.virtual_depth, Path(out), standard, everywhere=extra.everywhere)
+        else:
+            write_planes(field, (of.virtual_depth, z), volume, standard)
         return
     options.refuse_used({"virtual_depth": of.virtual_depth}, _FOCUSED)
     hints = hints._replace(calib=of.calib)
-    if is_volume(out):
-        used = {
-            "all_in_focus": extra.everywhere,
-            "depth_index": extra.index,
-            "radius": extra.radius != 1,
-            "exposure": exposed.exposure is not None,
-            "gamma": exposed.gamma is not None,
-        }
-        options.refuse_used(used, "is for a folder of slices")
-        typer.echo(_volume(raster, hints, (a, z), out, camera, border=border or "normalise", **how))
+    if volume is not None:
+        typer.echo(
+            _volume(raster, hints, (a, z), volume, camera, border=border or "normalise", **how)
+        )
         return
-    if z:
-        raise InputError("is for volumes; give --out NAME.ome.tif, too", where=options.typed("z"))
     extra.check()
     camera.check()
     extra.refuse_beside(pupil)

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from plenofir.commands import options
 from plenofir.commands.console import note
@@ -40,7 +41,7 @@ class Slices(NamedTuple):
         text += f", {8 * dtype.itemsize} bit"
         if self.voxel is None:
             return f"{text}; without --camera MICROSCOPE no micrometres"
-        across, along, first = self.voxel
+        across, along, first, _ = self.voxel
         if len(self.settings) < 2:
             return f"{text}; pixels of {across:.4g} um, z = {first:.4g} um"
         last = first + (len(self.settings) - 1) * along
@@ -74,19 +75,24 @@ def slices_of_volume(
         settings = options.focus_settings(a or ["0:1"], m, rounded=False)
     if model is None:
         return Slices(settings, None)
-    steps = np.diff([float(one) for one in settings])
-    # Files of volumes hold one step for all slices.
-    if steps.size and not (steps[0] > 0 and np.ptp(steps) <= _EQUAL * steps[0]):
+    if not rise_in_equal_steps(settings):
         raise InputError(
             "slices of a volume in um rise in equal steps; give FIRST:LAST:STEP",
             where="z" if heights else "a",
         )
     if words := model.micro_image_note():
         note(words)
-    first, step = float(settings[0]), float(steps[0]) if steps.size else 0.0
+    first = float(settings[0])
+    step = float(settings[1]) - first if settings[1:] else 0.0
     return Slices(
         settings, Voxel(model.pixel_um, step * model.um_per_a, float(model.height_um(first)))
     )
+
+
+def rise_in_equal_steps(places: "Sequence[Fraction] | npt.NDArray[np.float64]") -> bool:
+    """Whether places of slices, any number, have the one step that files of volumes hold."""
+    steps = np.diff(np.asarray(places, dtype=np.float64))
+    return not steps.size or bool(steps[0] > 0 and np.ptp(steps) <= _EQUAL * steps[0])
 
 
 def _microscope(camera: str | None, focus: float, m: int) -> "MicroscopeModel | None":

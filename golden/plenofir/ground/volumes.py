@@ -24,11 +24,12 @@ _CLASSIC_BYTES, _BESIDE = (1 << 32) - (1 << 20), 512
 
 
 class Voxel(NamedTuple):
-    """Sizes of a voxel in um."""
+    """Sizes of a voxel."""
 
-    across: float  # in x and y
+    across: float  # in x and y; 0 where it changes from slice to slice
     along: float  # from slice to slice; 0 for a single one
     first: float  # place of the first slice along z
+    unit: str = "um"
 
 
 def write_volume(
@@ -92,7 +93,7 @@ def write_volume(
             raise InputError(f"{number} slices came, not {count * slices}", where=str(path))
 
     options: dict[str, Any] = {"metadata": _metadata(ome, voxel, about, channels)}
-    if voxel is not None:
+    if voxel is not None and voxel.across:
         # Pixels for each um; OME-TIFF's readers that know TIFF alone take pixels for each cm.
         unit, each = ("CENTIMETER", 1e4) if ome else ("NONE", 1.0)
         options |= {"resolution": (each / voxel.across, each / voxel.across)}
@@ -120,7 +121,8 @@ def _metadata(ome: bool, voxel: Voxel | None, about: str, channels: int) -> dict
         if channels > 1:
             metadata["mode"] = "composite"
         if voxel is not None:
-            metadata["unit"] = "um"
+            # A unit of z alone leaves x and y in pixels.
+            metadata["unit" if voxel.across else "zunit"] = voxel.unit
             if voxel.along:
                 # The origin counts slices.
                 metadata |= {"spacing": voxel.along, "zorigin": -voxel.first / voxel.along}
@@ -131,6 +133,7 @@ def _metadata(ome: bool, voxel: Voxel | None, about: str, channels: int) -> dict
         metadata["Channel"] = {"Name": ["red", "green", "blue"]}
     if voxel is not None:
         sizes = {"X": voxel.across, "Y": voxel.across, "Z": voxel.along}
-        for axis, um in filter(itemgetter(1), sizes.items()):
-            metadata |= {f"PhysicalSize{axis}": um, f"PhysicalSize{axis}Unit": "µm"}
+        unit = voxel.unit.replace("um", "µm")
+        for axis, size in filter(itemgetter(1), sizes.items()):
+            metadata |= {f"PhysicalSize{axis}": size, f"PhysicalSize{axis}Unit": unit}
     return metadata

@@ -48,6 +48,11 @@ class DepthScale:
             return 1 / depth
         return 1 / (float(setting_of_virtual_depth(self.model, depth)) * self._pitch)
 
+    def depth_at(self, mm: float) -> float:
+        """Virtual depth of the plane at a distance from the micro lenses in mm; needs a camera."""
+        assert self.model is not None
+        return float(virtual_depth(self.model, self.model.focus_setting(mm)))
+
     def depth(self, inverse: npt.ArrayLike) -> Floats:
         """Virtual depth of 1 / v between micro images, any shape."""
         values = np.asarray(inverse, dtype=np.float64)
