@@ -243,12 +243,12 @@ OWN = {
     ),
     "index_vote": (
         "use work.index_pkg.all;",
-        "constant BUILD : index_build_t := (micro_image_size => 2, slices => 2, pixels => 1,"
-        "shifts => (others => 0), columns => 8,"
+        "constant BUILD : index_build_t := (micro_image_size => 2, slices => 2, boxes => 1,"
+        "pixels => 1, shifts => (others => 0), columns => 8,"
         "tokens => 8, lenses => 4, channels => 1, pixel_bits => 2, pixel_width => 2, radius => 0,"
         "vote_radius => 1, confidence => 1, cropped => false, between => false, picture => true,"
         "chosen_too => false, sum_bits => 4, row_bits => 4, sharpness_bits => 4, ring_lines => 2,"
-        "index_latency => 8);"
+        "stack_width => 4, index_latency => 8);"
         'constant NONE : unsigned(0 downto 0) := "0"; constant FEW : unsigned(3 downto 0) := x"1";'
         'constant ROWS : std_logic_vector(2 downto 0) := "111";'
         "signal active : std_logic; signal lens : unsigned(1 downto 0);",
