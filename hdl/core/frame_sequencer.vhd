@@ -86,9 +86,8 @@ architecture rtl of frame_sequencer is
 
   constant LAST_BAND_ROW : natural := PARALLEL_ROWS - 1;
   -- Bits that number the pixels within a token.
-  constant PLACE_BITS : natural := choose(PIXELS_PER_CLOCK = 1, 0, bits_for(PIXELS_PER_CLOCK - 1));
-  -- Wide enough for a column index and for MIN_STEPS.
-  constant COLUMN_BITS : positive := bits_for(larger(MAX_COLUMNS - 1, MIN_STEPS));
+  constant PLACE_BITS  : natural  := choose(PIXELS_PER_CLOCK = 1, 0, bits_for(PIXELS_PER_CLOCK - 1));
+  constant COLUMN_BITS : positive := bits_for(MAX_COLUMNS - 1);
 
   -- accept: pixels of the stream; fill: zeros up to the end of a line that was cut short; flush: a flush line.
   type mode_t is (accept, fill, flush);
@@ -96,8 +95,8 @@ architecture rtl of frame_sequencer is
   -- The kind of token that is sent at this clock.
   type send_t is (nothing, empty, stream_pixel, zero_pixel, flush_pixel);
 
-  -- A column modulo PARALLEL_ROWS.
-  subtype turn_t is natural range 0 to larger(PARALLEL_ROWS - 1, 1);
+  -- A line's number within its band.
+  subtype band_row_t is natural range 0 to larger(PARALLEL_ROWS - 1, 1);
 
   -- A frame's size and slice. rows_left: lines behind the current one.
   type frame_t is record
@@ -126,7 +125,6 @@ architecture rtl of frame_sequencer is
     at_first : std_logic;
     at_last  : std_logic;
     column   : unsigned(COLUMN_BITS - 1 downto 0);
-    turn     : turn_t;
     mode     : mode_t;
     -- open_frame: a frame is under way; start_lasts: its mark of start lasts.
     open_frame  : std_logic;
@@ -135,7 +133,7 @@ architecture rtl of frame_sequencer is
     -- Place in the frame. at_last_row: the line is the frame's last one; band_row: line within its band; first_band:
     -- the band is the frame's first one.
     at_last_row : std_logic;
-    band_row    : turn_t;
+    band_row    : band_row_t;
     first_band  : std_logic;
     waits       : waits_t;
   end record state_t;
@@ -145,7 +143,6 @@ architecture rtl of frame_sequencer is
     at_first    => '1',
     at_last     => '0',
     column      => (others => '0'),
-    turn        => 0,
     mode        => accept,
     open_frame  => '0',
     start_lasts => '0',
@@ -184,19 +181,17 @@ architecture rtl of frame_sequencer is
     step  : step_t
   ) return waits_t is
 
-    -- missing: tokens that a short band lacks to MIN_STEPS, or to a multiple of PARALLEL_ROWS. counts: the band counts
-    -- for the multiple of BAND_MODULUS.
-    variable missing : natural range 0 to MIN_STEPS;
-    variable counts  : boolean;
-    variable waits   : waits_t;
+    -- begins: the token begins a group of tokens that the band must complete; counts: the band counts for the multiple
+    -- of BAND_MODULUS.
+    variable begins : boolean;
+    variable counts : boolean;
+    variable waits  : waits_t;
 
   begin
 
-    missing := LAST_BAND_ROW - state.turn;
-
-    if state.column < MIN_STEPS - 1 then
-      missing := MIN_STEPS - 1 - to_integer(state.column(bits_for(MIN_STEPS) - 1 downto 0));
-    end if;
+    -- The first group of a band has MIN_STEPS tokens, the others PARALLEL_ROWS.
+    begins := step.sends_pixel = '1' and step.completes_band = '1' and
+              (state.at_first = '1' or (PARALLEL_ROWS > 1 and state.waits.steps < 0));
 
     -- Flush lines fill a frame up to a multiple and then stop counting: the next frame may come at any time.
     counts := BAND_MODULUS > 1 and step.ends_band = '1' and
@@ -208,9 +203,9 @@ architecture rtl of frame_sequencer is
     -- which need not come out.
     waits.bands := counted_down(state.waits.bands, step.sends_image = '1', COLUMN_FLUSH,
                                 step.send = flush_pixel and state.at_first = '1' and state.band_row = 0);
-    -- This count starts at the end of a band, when the band's length is known: the count is then nearly always below
-    -- 0, and the next band need not wait for a comparison.
-    waits.steps := counted_down(state.waits.steps, step.ends_band = '1', missing, step.send /= nothing);
+    -- A band that ends within a group waits for its rest.
+    waits.steps := counted_down(state.waits.steps, begins, choose(state.at_first = '1', MIN_STEPS, PARALLEL_ROWS) - 1,
+                                step.send /= nothing);
     -- This count starts with a frame's first pixel, because the first band may be the frame's only one.
     waits.frame := counted_down(state.waits.frame, step.starts_frame = '1', MIN_BANDS - 1,
                                 step.ends_band = '1' and state.first_band = '0');
@@ -385,7 +380,6 @@ begin
       -- Inner branches clear, and two bits are equations: behind an enable, a branch that clears would become a
       -- synchronous reset at the end of the longest path.
       if step.sends_pixel = '1' then
-        state.turn <= place_in_turn(state.turn, step.ends_line, PARALLEL_ROWS);
         if step.ends_line = '1' then
           state.column   <= (others => '0');
           state.at_first <= '1';
