@@ -283,40 +283,41 @@ begin
 
   look_up : process (clk) is
 
-    variable in_row : natural range 0 to larger(WORDS - 1, 1);
-    variable row    : natural range 0 to larger(WORDS - 1, 1);
+    variable in_step  : step_t;
+    variable out_step : step_t;
 
   begin
 
     if rising_edge(clk) then
-      -- Two reads of the tables: one for the pixel that arrives, one for the output that leaves, which may
-      -- belong to the line before.
-      in_row := table_row(SLICES, M, in_slice, in_phase);
-      row    := table_row(SLICES, M, out_slice, out_phase);
+      -- The table is read twice: for the pixel that arrives, and for the output that leaves, which may belong to the
+      -- line before. Each word is read whole and its flags are compared in front of a register, so that tools keep the
+      -- table in logic: block RAM would give a word too late for the choice of places behind it.
+      in_step  := STEP_OF(table_row(SLICES, M, in_slice, in_phase));
+      out_step := STEP_OF(table_row(SLICES, M, out_slice, out_phase));
       -- An entity for one slice of a stack reads that slice's rows only, so tools drop the others.
       if FIXED_SLICE >= 0 then
-        in_row := FIXED_SLICE * SLICE_STEP + in_phase;
-        row    := FIXED_SLICE * SLICE_STEP + out_phase;
+        in_step  := STEP_OF(FIXED_SLICE * SLICE_STEP + in_phase);
+        out_step := STEP_OF(FIXED_SLICE * SLICE_STEP + out_phase);
       end if;
 
-      initial_2          <= in_live and to_logic(in_count = STEP_OF(in_row).initial and in_count <= REACHED);
-      initial_held_2     <= in_live and to_logic(in_count = STEP_OF(in_row).held and in_count <= REACHED);
+      initial_2          <= in_live and to_logic(in_count = in_step.initial and in_count <= REACHED);
+      initial_held_2     <= in_live and to_logic(in_count = in_step.held and in_count <= REACHED);
       in_first_2         <= in_first;
       out_count_2        <= out_count;
       out_ended_2        <= out_ended;
       out_first_2        <= out_first;
-      ring.enter_phase_2 <= STEP_OF(row).phase;
-      ring.leave_phase_2 <= STEP_OF(row).left_phase;
-      age_2              <= STEP_OF(row).age;
+      ring.enter_phase_2 <= out_step.phase;
+      ring.leave_phase_2 <= out_step.left_phase;
+      age_2              <= out_step.age;
       left_count_2       <= out_count - BACK;
       left_ended_2       <= out_ended - BACK;
       if BACK > 0 then
-        left_age_2 <= STEP_OF(row).age;
+        left_age_2 <= out_step.age;
       else
-        left_age_2 <= STEP_OF(row).left_age;
+        left_age_2 <= out_step.left_age;
       end if;
-      update_2 <= to_logic(STEP_OF(row).begins = 2);
-      clear_2  <= to_logic(STEP_OF(row).clears = 2);
+      update_2 <= to_logic(out_step.begins = 2);
+      clear_2  <= to_logic(out_step.clears = 2);
     end if;
 
   end process look_up;

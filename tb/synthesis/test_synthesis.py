@@ -14,7 +14,9 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.families import Family
 from plenofir.fpga.resources.record import load_record
+from plenofir.fpga.synthesis import counts
 from plenofir.fpga.synthesis.spartan6 import TMDS_ENDS
 from plenofir.fpga.tools import synthesis as tools_module
 from plenofir.fpga.tools.primitives import component_package, with_primitives
@@ -269,6 +271,17 @@ def test_adders_do_not_grow_with_m_or_a(tmp_path: Path) -> None:
         folder = tmp_path / f"m{m}"
         folder.mkdir()
         assert data_path_adders(core, folder) == (2 * 2, 2 * 1)
+
+
+@pytest.mark.parametrize(
+    ("family", "m", "shifts"), [("ecp5", 23, "2 3 4"), ("cyclonev", 5, "0 1 2 3 4")]
+)
+def test_tables_of_steps_are_logic(tmp_path: Path, family: Family, m: int, shifts: str) -> None:
+    """Block RAM would give the words of `moving_sum_control` too late in the clock."""
+    ports = project.root() / "tb" / "moving_sum" / "control_ports.vhd"
+    generics = {"MICRO_IMAGE_SIZE": m, "SHIFTS": shifts}
+    figures = counts.count(family, [*hdl.hdl_sources(), ports], "control_ports", generics, tmp_path)
+    assert figures.usage.block_rams == 0
 
 
 def test_scene_is_smaller_than_its_full_build() -> None:

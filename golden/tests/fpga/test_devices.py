@@ -6,7 +6,6 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from step_tables import block_rams_of_steps
 
 from plenofir.fpga.devices import DEVICES, Usage, device_name
 from plenofir.fpga.families import FAMILIES
@@ -78,17 +77,11 @@ def test_every_device_has_all_that_a_plan_needs() -> None:
 
 @pytest.mark.parametrize("family", COUNTED)
 def test_estimates_of_a_family(family: str) -> None:
-    """Block RAM and multipliers are exact, look-up tables and flip-flops within 15 %.
-
-    Of the recorded cores some were counted before the tables of steps (`Memory` "steps") were
-    wide enough for block RAM.
-    """
+    """Block RAM and multipliers are exact, look-up tables and flip-flops within 15 %."""
     known = load_record().counted[family]
     for name, core in counted_cores():
         counted, usage = known[name].usage, estimate(core.blocks, family)  # type: ignore[arg-type]
-        more = usage.block_rams - counted.block_rams
-        assert 0 <= more <= block_rams_of_steps(core, family), name
-        assert usage.dsp == counted.dsp, name
+        assert (usage.block_rams, usage.dsp) == (counted.block_rams, counted.dsp), name
         assert usage.lut == pytest.approx(counted.lut, rel=0.15), name
         assert usage.flip_flops == pytest.approx(counted.flip_flops, rel=0.15), name
 

@@ -90,8 +90,7 @@ class CoreConfiguration(Raster):
 
     def kept_mhz(self, device: Device) -> float:
         """Clock in MHz that the core keeps on a device; 0 if it is not known."""
-        share = self.engine.clock_share(self, device.family)
-        return share * device.clock_mhz(self.pixels_per_clock)
+        return self.engine.CLOCK_SHARE * device.clock_mhz(self.pixels_per_clock)
 
     @property
     def taps(self) -> int:

@@ -7,7 +7,6 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from plenofir.fpga.families import Family
 from plenofir.fpga.resources.memory import Memory
 from plenofir.ground.errors import InputError
 from plenofir.refocus import MAX_INTERPOLATION_ORDER, Border
@@ -205,6 +204,8 @@ class Engine(BaseModel, ABC):
     ENTITY: ClassVar[str] = "raster_refocuser"
     COMPONENT: ClassVar[str]
     """Component of `refocuser` with the files of this engine alone."""
+    CLOCK_SHARE: ClassVar[float] = 1
+    """Share of the clock that a device's cores keep (`Device.clocks_mhz`) which this one keeps."""
 
     @abstractmethod
     def waves(self, raster: Raster) -> tuple[Scope, ...]:
@@ -248,11 +249,6 @@ class Engine(BaseModel, ABC):
     @abstractmethod
     def memories(self, raster: Raster) -> Iterator[Memory]:
         """Memories of the engine, for the estimate."""
-
-    def clock_share(self, raster: Raster, family: Family) -> float:
-        """Share of the clock that a family's cores keep (`Device.clocks_mhz`) which this keeps."""
-        del raster, family
-        return 1
 
     @abstractmethod
     def fifos(self, raster: Raster, array_clocks: int) -> Iterator[Memory]:

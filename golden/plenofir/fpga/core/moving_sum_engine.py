@@ -16,7 +16,6 @@ from plenofir.fpga.core.engine import (
     check_lane_delay,
     within,
 )
-from plenofir.fpga.families import Family
 from plenofir.fpga.resources.memory import Memory, block_sizes, rom_luts
 from plenofir.ground.errors import InputError
 from plenofir.refocus.moving_sum import SumLayout
@@ -200,10 +199,7 @@ class MovingSumEngine(SliceEngine):
             layout, words = self.layout(raster, number), raster.words(number)
             p, columns = self.pixels_per_clock, self._words(raster)
             width = p * raster.channels * words.data
-            table_bits = (_table_words(layout) - 1).bit_length()
-            phase_bits = max((raster.micro_image_size - 1).bit_length(), 1)
-            in_columns = number in self._column_stages(raster) and columns > 1
-            if in_columns:
+            if number in self._column_stages(raster) and columns > 1:
                 banks = layout.bank_lines
                 if sum(banks):
                     for lines, number_of in Counter(banks).items():
@@ -228,19 +224,6 @@ class MovingSumEngine(SliceEngine):
                 yield Memory("pixels of a line", bits, width, 1 + layout.pixels_leave)
             if words.value:
                 yield Memory("stored products", words.value, words.data, raster.channels, rom=True)
-            if len(layout.shifts) > 1:
-                # A word of `step_t` for each slice and phase, for each field that a register takes;
-                # a block RAM has what is read of a word.
-                bits = 4 + 2 * phase_bits + 4 * (layout.reach + 1).bit_length()
-                fields = 1 + (2 if in_columns else 1) * layout.pixels_leave
-                yield Memory("steps", table_bits, min(bits, 36), fields, rom=True)
-
-    def clock_share(self, raster: Raster, family: Family) -> float:
-        # An ECP5's block RAM gives a table's word so late in the clock that the choice of places
-        # behind it halves the clock: 62 MHz for M = 23 with three slices, 137 on a LIFCL-40.
-        steps = (memory for memory in self.memories(raster) if memory.name == "steps")
-        slow = family == "ecp5" and any(memory.usage(family).block_rams for memory in steps)
-        return 0.5 if slow else 1
 
     def structure(self, raster: Raster) -> dict[str, int]:
         names = ("core", "sum bits", "pixel bits", "control bits", "tables", "delays", "rings")

@@ -20,7 +20,6 @@ from plenofir.fpga.core.moving_sum_engine import (
     CONTROL_WAVES,
     row_waves,
 )
-from plenofir.fpga.families import Family
 from plenofir.fpga.resources.memory import Memory, bits_for, block_sizes
 from plenofir.ground.errors import InputError
 from plenofir.refocus.focal_stack import StackLayout
@@ -47,6 +46,8 @@ class StackEngine(Engine):
 
     ENTITY: ClassVar[str] = "focal_stack"
     COMPONENT: ClassVar[str] = "stack_array"
+    # What fills a device is slower; placed ones reach 58 % at least.
+    CLOCK_SHARE: ClassVar[float] = 0.5
 
     def layout(self, raster: Raster) -> StackLayout:
         """Schedule of the moving sums of each dimension."""
@@ -154,11 +155,6 @@ class StackEngine(Engine):
         if self.pixels_per_clock > 1:
             values["PIXELS_PER_CLOCK"] = self.pixels_per_clock
         return values
-
-    def clock_share(self, raster: Raster, family: Family) -> float:
-        # What fills a device is slower; placed ones reach 58 % at least.
-        del raster, family
-        return 0.5
 
     def memories(self, raster: Raster) -> Iterator[Memory]:
         p, layout = self.pixels_per_clock, self.layout(raster)
