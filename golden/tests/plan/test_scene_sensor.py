@@ -338,7 +338,7 @@ def focused_scene(m: int, folder: Path, device: str, slices: tuple[int, ...] = (
 def test_micro_images_too_large_for_a_device_are_refused_with_its_block_rams(
     tmp_path: Path,
 ) -> None:
-    with pytest.raises(InputError, match=r"LIFCL-40 is too small: it needs 104 of 84 EBR"):
+    with pytest.raises(InputError, match=r"LIFCL-40 is too small: it needs 99 of 84 EBR"):
         make_plan(focused_scene(35, tmp_path, "lifcl-40"))
     make_plan(focused_scene(35, tmp_path, "lifcl-40", (2, 3)))
 
