@@ -116,12 +116,17 @@ architecture rtl of lens_rows is
   signal line_profile : profile_t                                          := (others => '0');
   signal row_ends     : std_logic;
   signal last_row     : std_logic;
-  -- Raw lines from the row's first line to the next line.
-  signal steps : place_t;
+  -- The raw line at the next line of the raster.
+  signal line_row : place_t;
 
-  -- The least and the largest number of raw lines from one row of lenses to the next.
-  signal gap    : place_t := (others => '0');
-  signal stride : place_t := (others => '0');
+  -- The least and the largest number of raw lines from one row of lenses to the next. From the first line of a row of
+  -- lenses: to the first raw line that the next row needs (next_top), to the last that this row and that the next row
+  -- need (row_bottom, next_bottom).
+  signal gap         : place_t := (others => '0');
+  signal stride      : place_t := (others => '0');
+  signal next_top    : place_t := (others => '0');
+  signal row_bottom  : place_t := (others => '0');
+  signal next_bottom : place_t := (others => '0');
 
   -- Raw lines that the next line of the raster needs (top, bottom), mirrored at the borders (needed); raw lines to keep
   -- for it and later ones (oldest, last_kept, kept); lines that are kept now.
@@ -174,6 +179,7 @@ architecture rtl of lens_rows is
 
 begin
 
+  line_row       <= whole(std_logic_vector(line_y));
   registers      <= held;
   frame          <= (base_now, bottom_line, last_place);
   need.keep      <= keep_now;
@@ -215,13 +221,10 @@ begin
     -- sampled along the sensor's axes.
     line_y <= y + shift_left(to_signed(line_index, position_t'length), FRACTION_BITS);
     line_x <= x;
-    steps  <= to_signed(line_index, place_t'length);
 
   end generate upright_lines;
 
   skewed_lines : if SKEWED generate
-
-    steps <= whole(std_logic_vector(line_y)) - whole(std_logic_vector(y));
 
     -- The lines of a micro image lean over with the columns of lenses.
     lean : process (clk) is
@@ -382,9 +385,6 @@ begin
         first_line   <= '1';
         line_index   <= 0;
         line_profile <= (others => '0');
-        -- The pitch of rows varies if rows are staggered: the ring must serve the smaller and the larger one.
-        gap    <= smaller(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y)));
-        stride <= larger_place(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y))) + 1;
       elsif state = offer and line_taken = '1' then
         first_line <= '0';
         -- The next row of lenses lies a step further on, by one of two alternating steps.
@@ -411,6 +411,32 @@ begin
 
   end process step_lines;
 
+  -- All registers are there a clock before the state start, so distances that follow from them in two clocks are there
+  -- for the first line. Sums that are the same for all lines are made here, in front of the longest additions.
+  find_distances : process (clk) is
+
+    variable reach_down : place_t;
+
+  begin
+
+    if rising_edge(clk) then
+      -- The pitch of rows varies if rows are staggered: the ring must serve the smaller and the larger one.
+      gap    <= smaller(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y)));
+      stride <= larger_place(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y))) + 1;
+
+      reach_down := signed(held(REGISTER_REACH)(31 downto 16));
+      next_top   <= gap + signed(held(REGISTER_REACH)(15 downto 0));
+      -- With SKEWED the lines of a row end where the next row begins; positions and steps were rounded down.
+      row_bottom  <= reach_down + MICRO_IMAGE_SIZE;
+      next_bottom <= reach_down + MICRO_IMAGE_SIZE + stride;
+      if SKEWED then
+        row_bottom  <= reach_down + stride + 1;
+        next_bottom <= reach_down + stride + stride + 1;
+      end if;
+    end if;
+
+  end process find_distances;
+
   -- The line, and 2 clocks later the raw lines that it needs.
   find_needs : process (clk) is
 
@@ -433,19 +459,15 @@ begin
       reach_down := signed(held(REGISTER_REACH)(31 downto 16));
       -- Computed in two clocks (borders, reach), for which the state waits: the additions are wide and off the path of
       -- pixels.
-      top    <= first_row + steps + reach_up;
-      bottom <= first_row + steps + 1 + reach_down;
+      top    <= line_row + reach_up;
+      bottom <= line_row + 1 + reach_down;
       -- The next row of lenses may begin above the last line of this one.
-      oldest <= first_row + smaller(steps, gap) + reach_up;
+      oldest <= smaller(line_row + reach_up, first_row + next_top);
       -- The last raw line that the last line of this row of lenses, or of the next one, needs, mirrored at the last raw
-      -- line. With SKEWED the lines of a row end where the next row begins; positions and steps were rounded down.
-      if SKEWED then
-        bottom_row := first_row + stride + 1 + reach_down;
-      else
-        bottom_row := first_row + MICRO_IMAGE_SIZE + reach_down;
-      end if;
-      if last_row = '0' then
-        bottom_row := bottom_row + stride;
+      -- line.
+      bottom_row := first_row + next_bottom;
+      if last_row = '1' then
+        bottom_row := first_row + row_bottom;
       end if;
       last_kept <= shift_left(bottom_line, 1) - bottom_row;
 
