@@ -41,8 +41,8 @@ def larger_hides(images: Image, disparity: Disparity) -> float:
     noise = float(np.median(np.abs(central - ndimage.median_filter(central, 3))))
     clear = max(_NOISES * noise, _LEAST * float(np.ptp(central)))
     y, x = np.nonzero(disparity.confidence >= LEAST_CONFIDENCE)
-    order = np.argsort(disparity.pixels_per_view[y, x], kind="stable")
-    y, x = y[order], x[order]
+    ascending = np.argsort(disparity.pixels_per_view[y, x], kind="stable")
+    y, x = y[ascending], x[ascending]
     moves, shown = disparity.pixels_per_view[y, x], central[y, x]
     votes = [np.zeros(0)]
     for v, u in _outer(*images.shape[:2]):
@@ -53,20 +53,17 @@ def larger_hides(images: Image, disparity: Disparity) -> float:
             (down >= 0) & (right >= 0) & (down < seen.shape[0]) & (right < seen.shape[1])
         )
         # The last one written stays: of the largest disparity, and of the smallest.
-        ends = []
-        for some in (inside, inside[::-1]):
-            both = np.full((2, *seen.shape), np.nan)
-            both[:, down[some], right[some]] = shown[some], moves[some]
-            ends.append(both)
-        (near, most), (behind, least) = ends
-        apart = (most - least) * max(abs(v - middle[0]), abs(u - middle[1]))
-        meet = (apart > _APART) & (np.abs(near - behind) > clear)
+        levels, disparities = np.full((2, 2, *seen.shape), np.nan)
+        for end, order in enumerate((inside, inside[::-1])):
+            levels[end, down[order], right[order]] = shown[order]
+            disparities[end, down[order], right[order]] = moves[order]
+        distance = max(abs(v - middle[0]), abs(u - middle[1]))
+        apart = (disparities[0] - disparities[1]) * distance > _APART
+        meet = apart & (np.abs(levels[0] - levels[1]) > clear)
         # Pixels lie between those of the other view: any level of the nine around is equal.
-        low, high = (
-            each(seen, 3)[meet] for each in (ndimage.minimum_filter, ndimage.maximum_filter)
-        )
-        misfits = (np.abs(part - np.clip(part, low, high)) for part in (near[meet], behind[meet]))
-        votes.append(np.sign(np.negative(np.subtract(*misfits))))
+        low, high = ndimage.minimum_filter(seen, 3)[meet], ndimage.maximum_filter(seen, 3)[meet]
+        larger, smaller = np.abs(levels[:, meet] - np.clip(levels[:, meet], low, high))
+        votes.append(np.sign(smaller - larger))
     cast = np.concatenate(votes)
     cast = cast[cast != 0]
     mean = float(cast.mean()) if len(cast) >= _FEWEST else 0.0
