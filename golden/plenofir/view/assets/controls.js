@@ -58,7 +58,6 @@ function listenToPointer(page) {
 function listenToKeys(page) {
     const { field, pane } = page;
     const m = field.micro_image_size;
-    const far = () => at("picture").clientWidth / 10;
     const keys = {
         ArrowLeft: (fine) => page.change({ focus: page.state.focus - (fine ? 0.1 : 1) / m }),
         ArrowRight: (fine) => page.change({ focus: page.state.focus + (fine ? 0.1 : 1) / m }),
@@ -75,14 +74,7 @@ function listenToKeys(page) {
         Escape: () => page.isTilting && page.startTilt(),
         p: () => page.change({ smooth: !page.state.smooth }),
         m: () => page.hasDepth && page.change({ mode: MODES[(MODES.indexOf(page.state.mode) + 1) % MODES.length] }),
-        q: () => pane.zoomBy(1 / 1.25),
-        e: () => pane.zoomBy(1.25),
-        i: () => pane.panBy(0, far()),
-        k: () => pane.panBy(0, -far()),
-        j: () => pane.panBy(far(), 0),
-        l: () => pane.panBy(-far(), 0),
-        f: () => pane.fit(),
-        1: () => pane.actualSize(),
+        ...pane.keys,
         0: page.reset,
     };
     document.addEventListener("keydown", (event) => {

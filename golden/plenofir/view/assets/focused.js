@@ -135,18 +135,10 @@ function listen() {
         at("exposure").value = Number(at("exposure").value) + ev;
         showSoon();
     };
-    const far = () => canvas.clientWidth / 10;
     const keys = {
         arrowleft: (event) => further(event, -1),
         arrowright: (event) => further(event, 1),
-        q: () => pane.zoomBy(1 / 1.25),
-        e: () => pane.zoomBy(1.25),
-        i: () => pane.panBy(0, far()),
-        k: () => pane.panBy(0, -far()),
-        j: () => pane.panBy(far(), 0),
-        l: () => pane.panBy(-far(), 0),
-        f: () => pane.fit(),
-        1: () => pane.actualSize(),
+        ...pane.keys,
         "+": () => brighter(0.2),
         "-": () => brighter(-0.2),
     };

@@ -18,6 +18,21 @@ export class Pane {
         this.pointers = new Map();
     }
 
+    /** What keys do: zoom by Q and E, move by I, J, K and L, all of the picture, pixel for pixel. */
+    get keys() {
+        const far = () => this.canvas.clientWidth / 10;
+        return {
+            q: () => this.zoomBy(1 / 1.25),
+            e: () => this.zoomBy(1.25),
+            i: () => this.panBy(0, far()),
+            k: () => this.panBy(0, -far()),
+            j: () => this.panBy(far(), 0),
+            l: () => this.panBy(-far(), 0),
+            f: () => this.fit(),
+            1: () => this.actualSize(),
+        };
+    }
+
     /** Take a picture of another size, all of it. */
     take(size) {
         this.size = size;

@@ -160,16 +160,8 @@ function listen() {
         at("exposure").value = Number(at("exposure").value) + ev;
         show();
     };
-    const far = () => pane.canvas.clientWidth / 10;
     const keys = {
-        q: () => pane.zoomBy(1 / 1.25),
-        e: () => pane.zoomBy(1.25),
-        i: () => pane.panBy(0, far()),
-        k: () => pane.panBy(0, -far()),
-        j: () => pane.panBy(far(), 0),
-        l: () => pane.panBy(-far(), 0),
-        f: () => pane.fit(),
-        1: () => pane.actualSize(),
+        ...pane.keys,
         "+": () => brighter(0.2),
         "-": () => brighter(-0.2),
     };
