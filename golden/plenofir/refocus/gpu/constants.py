@@ -61,8 +61,8 @@ class _Sums:
         running = "int" if column >> 31 == 0 else "long long"
         narrow = "short" if slice_.units else "unsigned short"
         fits = column >> (15 if slice_.units else 16) == 0
-        kept = "int" if _packed(slice_) and slice_.units else narrow if fits else running
-        return cls(kept, running, "int" if line >> 31 == 0 else "long long")
+        stored = "int" if _packed(slice_) and slice_.units else narrow if fits else running
+        return cls(stored, running, "int" if line >> 31 == 0 else "long long")
 
 
 def _packed(slice_: Slice) -> bool:

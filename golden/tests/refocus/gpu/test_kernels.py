@@ -222,6 +222,7 @@ def test_slices_of_one_read_equal_those_of_the_cpu(shape, options, gpu_on_cpu, m
     ("m", "shape", "pixel_bits", "options"),
     [
         (4, (61, 58, 3), 16, {"between": True, "vote_radius": 2, "border": "normalise"}),
+        (4, (43, 67), 8, {"radius": 2, "interpolation": 1}),
         # Lenses begin at any byte of a word.
         (5, (43, 67, 3), 8, {"radius": 2}),
     ],
@@ -253,7 +254,8 @@ def test_depth_without_slices_equals_that_of_the_cpu(
     got = sharpest_slices(on_gpu, m, settings, **options)
     kernels = ["find_sharpest", *["vote", "fill"] * ("vote_radius" in options)]
     assert gpu_on_cpu.launched == ["refocus_tiles"] * 2 + kernels + ["refocus_tiles"] * 2
-    assert len(np.unique(want.index)) > 1
+    # The noise of RGB lenses leaves two slices only in some draws.
+    assert len(np.unique(want.index)) > (1 if m == 5 else 2)
     assert not np.all(want.textured)
     assert np.any(want.textured)
     monkeypatch.setattr(program, "run_tiles", lambda *_: False)
