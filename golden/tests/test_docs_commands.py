@@ -32,6 +32,7 @@ OTHER_VARIABLES = {"JOBS", "SIM", "SCENE", "RECORD", "SEED", "CASE", "BARE", "IS
 # Placeholders for the reader's names.
 EXAMPLES = {
     "--camera NAME": "--camera f197-mla2",
+    "--device DEVICE": "--device lfe5u-85f",
     "FILE": "white.tif",
     "SCENE": "scenes/grey-microscope.toml",
     "my-scene.toml": "scenes/rgb-480p.toml",
