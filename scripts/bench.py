@@ -30,10 +30,7 @@ from rich.console import Console
 from rich.progress import Progress, track
 from rich.table import Table
 
-from plenofir.camera.calibration import (
-    calibrate,
-    decode,
-)
+from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.plots import figure_pixels
 from plenofir.camera.rays import RayModel, load_camera
@@ -65,10 +62,7 @@ from plenofir_studies import refocus_stability as stability_report
 from plenofir_studies.methods import plain_numba
 from plenofir_studies.ray_report import error_against_run_time
 from plenofir_studies.report_parts import machine
-from plenofir_studies.synthetic import (
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import regular_grid, white_image
 from plenofir_studies.thesis_calibration import thesis_calibration
 
 RUNS = 5

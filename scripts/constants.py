@@ -31,12 +31,7 @@ sys.path.insert(0, str(project.root() / "golden" / "tests"))
 sys.path.insert(0, str(project.root() / "golden" / "tests" / "camera" / "calibration"))
 sys.path.insert(0, str(project.root() / "golden" / "tests" / "camera" / "focused"))
 import test_focused_pictures as focused_pictures  # type: ignore[import-not-found]
-from distorted_white import (  # type: ignore[import-not-found]
-    DistortedWhite,
-    distorted_white,
-    ideal_white,
-    spots,
-)
+from distorted_white import DistortedWhite, distorted_white, ideal_white, spots  # type: ignore[import-not-found]
 from focused_scenes import scene as focused_scene  # type: ignore[import-not-found]
 from harsh_white import harsh_white  # type: ignore[import-not-found]
 

@@ -14,12 +14,7 @@ from plenofir.camera.focused import DepthScale, focused_capture, search_depth
 from plenofir.camera.lightfield.disparity import LEAST_CONFIDENCE
 from plenofir.camera.rays import RayModel, load_camera, setting_of_virtual_depth
 from plenofir.ground.images import Picture
-from plenofir_studies.synthetic import (
-    TexturedPlane,
-    field_of_view,
-    render,
-    with_pitch,
-)
+from plenofir_studies.synthetic import TexturedPlane, field_of_view, render, with_pitch
 
 
 def focused() -> None:

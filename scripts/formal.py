@@ -18,11 +18,7 @@ from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.operator import output_offset
 from plenofir.refocus.sum_lanes import LaneLayout
 from plenofir.refocus.switches import FilterLayout
-from plenofir_studies.part_wrapper import (
-    TOP,
-    with_part,
-    wrapped,
-)
+from plenofir_studies.part_wrapper import TOP, with_part, wrapped
 
 # Invariants for the induction of a `RingProof`.
 _RING_SIGNALS = (

@@ -18,12 +18,7 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.resources.estimate import VIDEO, estimate
-from plenofir.fpga.resources.record import (
-    ECP5_FASTEST,
-    ECP5_SLOWEST,
-    Figures,
-    load_record,
-)
+from plenofir.fpga.resources.record import ECP5_FASTEST, ECP5_SLOWEST, Figures, load_record
 from plenofir.fpga.sensors import IMX219_MODES
 from plenofir.fpga.synthesis.spartan6 import TMDS_ENDS
 from plenofir.ground import project

@@ -49,13 +49,7 @@ from plenofir.fpga.core.engine import PIXELS_PER_CLOCK
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.resources.estimate import estimate
-from plenofir.fpga.resources.record import (
-    ECP5_FASTEST,
-    ECP5_SLOWEST,
-    Figures,
-    Placed,
-    load_record,
-)
+from plenofir.fpga.resources.record import ECP5_FASTEST, ECP5_SLOWEST, Figures, Placed, load_record
 from plenofir.fpga.synthesis.counts import count
 from plenofir.fpga.synthesis.ecp5 import NAMES, check_tools
 from plenofir.fpga.synthesis.placers import PLACERS
@@ -70,10 +64,7 @@ from plenofir.plan.loaded_scene import load_scene, scene_files
 from plenofir.plan.plan import Plan
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene_top import TOP
-from plenofir.plan.synthesised import (
-    is_nextpnr_board,
-    is_stack_core,
-)
+from plenofir.plan.synthesised import is_nextpnr_board, is_stack_core
 from plenofir_studies import energy, engine_cells, many_pixels, systolic
 from plenofir_studies.counted_cores import COUNTED, counted_cores
 from plenofir_studies.drawn_cores import CHECKED, DRAWN_FAMILIES, FITTED, drawn_cores

@@ -17,11 +17,7 @@ import numpy as np
 from plenofir.camera.calibration.grid import Grid
 from plenofir.camera.lytro.metadata import FrameMetadata, frame_metadata
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir_studies.synthetic import (
-    TexturedPlane,
-    field_of_view,
-    render,
-)
+from plenofir_studies.synthetic import TexturedPlane, field_of_view, render
 from plenofir_studies.synthetic.render import with_pitch
 
 SIZE = 360, 480

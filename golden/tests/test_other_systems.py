@@ -19,10 +19,7 @@ from plenofir.camera.calibration import load_calibration
 from plenofir.ground.images import read_image, write_png
 from plenofir.ground.locks import lock_file
 from plenofir.refocus import refocus
-from plenofir_studies.synthetic import (
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import regular_grid, white_image
 
 PACKAGE = Path(plenofir.__file__).parent
 # Modules and names that Windows lacks (Python's documentation, "Availability").

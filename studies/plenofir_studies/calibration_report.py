@@ -13,10 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from plenofir.camera.calibration import (
-    calibrate,
-    decode,
-)
+from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.calibration.grid import Grid, Layout
 from plenofir.ground.errors import InputError
@@ -28,16 +25,9 @@ from plenofir.refocus.operator import Image
 from plenofir_studies.drawn_calibration import DRAWS, drawn
 from plenofir_studies.experiments import model_of, take
 from plenofir_studies.experiments_report import STEPS, experiments
-from plenofir_studies.fourier import (
-    fourier_slice,
-    shifted_views,
-)
+from plenofir_studies.fourier import fourier_slice, shifted_views
 from plenofir_studies.report_parts import Progress, Report
-from plenofir_studies.synthetic.pattern import (
-    centres_within,
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic.pattern import centres_within, regular_grid, white_image
 from plenofir_studies.thesis_calibration import rotated, thesis_calibration
 
 Floats = npt.NDArray[np.float64]

@@ -22,18 +22,8 @@ from plenofir.camera.rays import RayModel, load_camera
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir_studies.experiments import CAMERA
-from plenofir_studies.resolution import (
-    edge_jaggedness,
-    edge_places,
-    inside,
-    slanted_edge,
-    transfer,
-)
-from plenofir_studies.synthetic.render import (
-    TexturedPlane,
-    field_of_view,
-    render,
-)
+from plenofir_studies.resolution import edge_jaggedness, edge_places, inside, slanted_edge, transfer
+from plenofir_studies.synthetic.render import TexturedPlane, field_of_view, render
 
 Floats = npt.NDArray[np.float64]
 

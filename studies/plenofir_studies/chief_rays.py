@@ -9,14 +9,7 @@ import numpy.typing as npt
 from plenofir.camera.optics.dispersion import FloatArray
 from plenofir.camera.optics.prescription import LensSystem
 from plenofir.ground.errors import InputError
-from plenofir_studies.tracing import (
-    BoolArray,
-    Rays,
-    RayState,
-    StateArray,
-    meridional_rays,
-    trace,
-)
+from plenofir_studies.tracing import BoolArray, Rays, RayState, StateArray, meridional_rays, trace
 
 _AIM_STEPS = 80
 _AIM_TOLERANCE = 1e-12

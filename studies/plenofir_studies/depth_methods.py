@@ -14,12 +14,7 @@ from matplotlib.figure import Figure
 from scipy import ndimage
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
-from plenofir.camera.lightfield import (
-    FocalStack,
-    all_in_focus,
-    sub_aperture,
-    views,
-)
+from plenofir.camera.lightfield import FocalStack, all_in_focus, sub_aperture, views
 from plenofir.camera.lightfield.disparity import Disparity, search_disparity
 from plenofir.camera.lightfield.matching import RIGHT
 from plenofir.ground.images import eight_bits

@@ -8,12 +8,7 @@ import numpy as np
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
 from plenofir.camera.calibration.shading import pixel_positions
 from plenofir.ground.images import Image
-from plenofir_studies.synthetic.pattern import (
-    Form,
-    aperture,
-    centres_within,
-    regular_grid,
-)
+from plenofir_studies.synthetic.pattern import Form, aperture, centres_within, regular_grid
 
 _LAYOUTS: tuple[Layout, ...] = ("rectangular", "hexagonal-rows", "hexagonal-columns")
 _FORMS: tuple[Form, ...] = ("disc", "disc", "square", "spot")

@@ -16,22 +16,11 @@ import numpy.typing as npt
 from skimage import data
 
 from plenofir.camera.calibration import calibrate, decode, raster_window
-from plenofir.camera.lightfield import (
-    depth_map,
-    focal_stack,
-    peak,
-    sharpness_curve,
-    views,
-)
+from plenofir.camera.lightfield import depth_map, focal_stack, peak, sharpness_curve, views
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.refocus.operator import Image
 from plenofir_studies.absolute_differences import sad_disparity
-from plenofir_studies.synthetic.render import (
-    Capture,
-    TexturedPlane,
-    field_of_view,
-    render,
-)
+from plenofir_studies.synthetic.render import Capture, TexturedPlane, field_of_view, render
 from plenofir_studies.thesis_tables import load_table
 
 Floats = npt.NDArray[np.float64]

@@ -27,10 +27,7 @@ from plenofir_studies.depth_methods import BAD, by_disparity, score
 from plenofir_studies.depth_trials import trial
 from plenofir_studies.report_parts import Progress, Report, machine
 from plenofir_studies.sharpening import TEXTURES, Plane, decibels, plane
-from plenofir_studies.synthetic import (
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import regular_grid, white_image
 
 Floats = npt.NDArray[np.float64]
 

@@ -12,11 +12,7 @@ from pathlib import Path
 from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.resources.record import Placed
 from plenofir.fpga.synthesis.ecp5 import ecp5_tool as tool_command
-from plenofir.fpga.synthesis.placers import (
-    PLACERS,
-    check_placer,
-    open_carries,
-)
+from plenofir.fpga.synthesis.placers import PLACERS, check_placer, open_carries
 from plenofir.fpga.tools.synthesis import Generics, run_tool, run_yosys, write_verilog
 from plenofir_studies.few_pins import NAME, three_pins
 from plenofir_studies.placed_ecp5 import seed_option

@@ -25,11 +25,7 @@ from plenofir_studies.intersections import (
     iterated_image_distance,
     object_side_distance,
 )
-from plenofir_studies.ray_pictures import (
-    dispersion_picture,
-    distances_picture,
-    meetings_picture,
-)
+from plenofir_studies.ray_pictures import dispersion_picture, distances_picture, meetings_picture
 from plenofir_studies.ray_stability import (
     Outcome,
     _error,

@@ -20,12 +20,7 @@ from plenofir.camera.rays import RayModel, load_camera
 from plenofir.refocus import gather_sums, output_offset, refocus
 from plenofir.refocus.operator import Image
 from plenofir_studies.experiments import CAMERA
-from plenofir_studies.synthetic.render import (
-    TexturedPlane,
-    field_of_view,
-    render,
-    with_pitch,
-)
+from plenofir_studies.synthetic.render import TexturedPlane, field_of_view, render, with_pitch
 
 Floats = npt.NDArray[np.float64]
 Pixels = TypeVar("Pixels", Image, Floats)

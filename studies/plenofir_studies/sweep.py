@@ -20,12 +20,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.refocus.operator import Image
 from plenofir_studies.experiments import CAMERA, textures
-from plenofir_studies.synthetic.render import (
-    TexturedPlane,
-    field_of_view,
-    render,
-    with_pitch,
-)
+from plenofir_studies.synthetic.render import TexturedPlane, field_of_view, render, with_pitch
 
 M = 5
 SHIFTS = tuple(range(7))

@@ -37,10 +37,7 @@ from plenofir_studies.precision_report import measure as measured_on
 from plenofir_studies.ray_report import error_against_run_time
 from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import machine, table
-from plenofir_studies.synthetic import (
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import regular_grid, white_image
 from plenofir_studies.thesis_benchmark import as_printed
 from plenofir_studies.thesis_calibration import thesis_calibration
 

@@ -14,10 +14,7 @@ from plenofir.fpga.bitstream.top_level import camera_generics
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.fpga.csi import (
-    frame_packets,
-    settle_clocks,
-)
+from plenofir.fpga.csi import frame_packets, settle_clocks
 from plenofir.fpga.hdmi.link import decode_frames
 from plenofir.ground import project
 from plenofir.plan.configure import needed_sources

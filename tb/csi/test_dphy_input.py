@@ -7,10 +7,7 @@ import numpy as np
 import pytest
 
 from plenofir.fpga import hdl
-from plenofir.fpga.csi import (
-    frame_packets,
-    settle_clocks,
-)
+from plenofir.fpga.csi import frame_packets, settle_clocks
 from plenofir.ground import project
 from plenofir.plan.configure import needed_sources
 from plenofir_tb.camera_wires import wire_words

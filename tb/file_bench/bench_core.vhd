@@ -37,7 +37,7 @@ entity bench_core is
     RADIUS              : natural  := 1;
     CONFIDENCE          : natural  := 0;
     VOTE_RADIUS         : natural  := 0;
-    -- Of a stack: SHIFTS, PICTURE and SHARP_TOO of the depth index.
+    -- A stack has these: SHIFTS, PICTURE and SHARP_TOO of its depth index.
     INDEX_SHIFTS : string  := "";
     PICTURE      : boolean := true;
     SHARP_TOO    : boolean := false

@@ -14,12 +14,7 @@ from plenofir.ground import project
 from plenofir.ground.errors import EXIT_MISMATCH
 from plenofir.ground.images import read_image, write_png
 from plenofir.refocus import refocus
-from plenofir.refocus.sharpness import (
-    TEXTURE,
-    confidence_level,
-    depth_between_picture,
-    depth_index,
-)
+from plenofir.refocus.sharpness import TEXTURE, confidence_level, depth_between_picture, depth_index
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
 

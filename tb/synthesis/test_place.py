@@ -15,10 +15,7 @@ from plenofir.fpga.synthesis.ecp5 import check_tools
 from plenofir.ground import project
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.loaded_scene import scene_files
-from plenofir.plan.synthesised import (
-    is_nextpnr_board,
-    is_stack_core,
-)
+from plenofir.plan.synthesised import is_nextpnr_board, is_stack_core
 from plenofir_studies.placed_ecp5 import make_netlist, place, write_bitstream
 from plenofir_studies.records import load_builds
 from plenofir_tb.tools import or_skip

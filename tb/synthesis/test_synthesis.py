@@ -34,13 +34,7 @@ from plenofir.ground.errors import InputError, ToolError
 from plenofir.plan.configure import configure
 from plenofir.plan.omissions import full_core
 from plenofir_studies.engine_cells import measured_cells
-from plenofir_studies.recorded_designs import (
-    CORE,
-    Design,
-    core_designs,
-    designs,
-    scene_designs,
-)
+from plenofir_studies.recorded_designs import CORE, Design, core_designs, designs, scene_designs
 from plenofir_tb.tools import or_skip
 
 DESIGNS = designs()

@@ -8,12 +8,7 @@ from itertools import islice
 from math import gcd, inf
 
 from plenofir.camera.rays import RayModel, covering_slices, diffraction_note
-from plenofir.camera.rays.cover import (
-    Slice,
-    depth_of_field,
-    gaps_between,
-    without_idle_slices,
-)
+from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between, without_idle_slices
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode

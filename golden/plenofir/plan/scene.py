@@ -8,11 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from plenofir.fpga.boards import BOARDS, board_of
-from plenofir.fpga.core.configuration import (
-    MAX_COLUMNS,
-    MAX_MICRO_IMAGE_SIZE,
-    MAX_ROWS,
-)
+from plenofir.fpga.core.configuration import MAX_COLUMNS, MAX_MICRO_IMAGE_SIZE, MAX_ROWS
 from plenofir.fpga.core.engine import MAX_PARALLEL_ROWS, PixelsPerClock
 from plenofir.fpga.csi import RAW_BITS
 from plenofir.fpga.devices import DEFAULT_DEVICE, DEVICES, device_name

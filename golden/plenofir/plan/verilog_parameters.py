@@ -56,16 +56,16 @@ def _refuse(plans: Sequence[Plan]) -> None:
     scenes: dict[str, str] = {}
     for plan in plans:
         if plan.sensor is not None or plan.screen.needs_stack:
-            more = "a sensor" if plan.sensor is not None else "all slices at once"
+            feature = "a sensor" if plan.sensor is not None else "all slices at once"
             raise InputError(
-                f"has {more}, which the ports of {MODULE} leave out; plenofir configure --verilog "
-                "writes it",
+                f"has {feature}, which the ports of {MODULE} leave out; "
+                "plenofir configure --verilog writes it",
                 where=plan.scene,
             )
-        other = scenes.setdefault(_words(plan), plan.scene)
-        if other is not plan.scene:
+        first = scenes.setdefault(_words(plan), plan.scene)
+        if first is not plan.scene:
             raise InputError(
-                f"has the sizes of {other} ({_words(plan)}), so that no parameter chooses it; "
+                f"has the sizes of {first} ({_words(plan)}), so that no parameter chooses it; "
                 "leave one of both out",
                 where=plan.scene,
             )

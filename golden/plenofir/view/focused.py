@@ -150,13 +150,13 @@ def focused_page(
     lock = Lock()
 
     @cache
-    def made(name: str) -> Part:
+    def encoded(name: str) -> Part:
         return Part(encode_png(pictures[name]()), "image/png")
 
     def shown(name: str) -> Callable[[PartRequest], Part]:
         def part(_: PartRequest) -> Part:
             with lock:
-                return made(name)
+                return encoded(name)
 
         return part
 

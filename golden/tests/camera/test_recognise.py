@@ -25,12 +25,7 @@ from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture, read_image, write_png
 from plenofir.ground.project import DATA
 from plenofir.refocus import refocus
-from plenofir_studies.synthetic import (
-    TexturedPlane,
-    field_of_view,
-    regular_grid,
-    render,
-)
+from plenofir_studies.synthetic import TexturedPlane, field_of_view, regular_grid, render
 from plenofir_studies.synthetic.render import with_pitch
 
 MICROSCOPE = DATA / "microscope"

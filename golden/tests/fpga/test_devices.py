@@ -14,10 +14,7 @@ from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.resources.record import load_record
 from plenofir.fpga.synthesis import counts
 from plenofir.fpga.synthesis.counts import count_cells
-from plenofir.fpga.synthesis.placers import (
-    PLACERS,
-    open_carries,
-)
+from plenofir.fpga.synthesis.placers import PLACERS, open_carries
 from plenofir.fpga.tools.synthesis import run_yosys
 from plenofir.plan import load_scene, make_plan
 from plenofir_studies.counted_cores import COUNTED, counted_cores

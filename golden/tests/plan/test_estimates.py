@@ -15,14 +15,7 @@ from plenofir.fpga.resources.estimate import VIDEO, Estimate, estimate
 from plenofir.fpga.resources.memory import Memory, block_sizes
 from plenofir.fpga.resources.record import ECP5_SLOWEST, Figures, Placed, load_record
 from plenofir.plan import DEVICES, load_scene, make_plan
-from plenofir_studies.engine_cells import (
-    ENGINES,
-    SETS,
-    Cell,
-    measured_cells,
-    placed_cells,
-    widest,
-)
+from plenofir_studies.engine_cells import ENGINES, SETS, Cell, measured_cells, placed_cells, widest
 from plenofir_studies.recorded_designs import (
     CORE,
     Design,

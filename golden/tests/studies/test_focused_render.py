@@ -6,17 +6,8 @@ import pytest
 
 from plenofir.camera.calibration.grid import Layout
 from plenofir.camera.calibration.types_of_lenses import usual_order
-from plenofir.camera.rays import (
-    Camera,
-    RayModel,
-    blur_px,
-    load_camera,
-    setting_of_virtual_depth,
-)
-from plenofir_studies.synthetic import (
-    TexturedPlane,
-    render,
-)
+from plenofir.camera.rays import Camera, RayModel, blur_px, load_camera, setting_of_virtual_depth
+from plenofir_studies.synthetic import TexturedPlane, render
 from plenofir_studies.synthetic.pattern import regular_grid
 
 R12 = load_camera("raytrix-r12")

@@ -20,10 +20,7 @@ from plenofir.camera.rays import RayModel, load_camera
 from plenofir.ground.files import checksum
 from plenofir.ground.images import write_png
 from plenofir.refocus.pictures import _STEEPEST
-from plenofir.view import (
-    light_field_page,
-    pictures_page,
-)
+from plenofir.view import light_field_page, pictures_page
 from plenofir.view.light_field import plane_table
 from plenofir.view.page import PartRequest
 from plenofir.view.views_and_depth import Depth, LightField, reduced

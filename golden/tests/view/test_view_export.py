@@ -11,11 +11,7 @@ from PIL import Image as PillowImage
 
 from plenofir import InputError
 from plenofir.ground.images import write_png
-from plenofir.view import (
-    export,
-    light_field_page,
-    pictures_page,
-)
+from plenofir.view import export, light_field_page, pictures_page
 from plenofir.view.mosaic import packed_views
 from plenofir.view.views_and_depth import LightField
 

@@ -17,13 +17,7 @@ from plenofir.camera.lightfield import compose
 from plenofir.camera.lightfield import views as views_of
 from plenofir.commands import view as commands_view
 from plenofir.ground.images import Picture, encode_png, write_png
-from plenofir.view import (
-    Live,
-    Page,
-    folder_frames,
-    live_page,
-    video_frames,
-)
+from plenofir.view import Live, Page, folder_frames, live_page, video_frames
 from plenofir.view.live import Captured
 from plenofir.view.page import PartRequest
 

@@ -13,10 +13,7 @@ from in_browser import served
 from in_process import plenofir
 
 from plenofir.ground.images import encode_png, write_png
-from plenofir.view import (
-    light_field_page,
-    pictures_page,
-)
+from plenofir.view import light_field_page, pictures_page
 from plenofir.view.views_and_depth import LightField
 
 RNG = np.random.default_rng(3)

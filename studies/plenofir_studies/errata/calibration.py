@@ -8,10 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir_studies.errata.entry import Erratum, Shown
-from plenofir_studies.thesis_calibration import (
-    regression,
-    rotated,
-)
+from plenofir_studies.thesis_calibration import regression, rotated
 
 Weights = Callable[[float, float], npt.NDArray[np.float64]]
 """Weights of the four neighbours, [g, i], of a centre at (x, y)."""

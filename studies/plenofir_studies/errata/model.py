@@ -5,11 +5,7 @@ from math import inf
 
 import numpy as np
 
-from plenofir.camera.rays import (
-    RayModel,
-    camera_of,
-    load_camera,
-)
+from plenofir.camera.rays import RayModel, camera_of, load_camera
 from plenofir_studies.errata.entry import Erratum, Shown
 from plenofir_studies.intersections import image_side_distance
 from plenofir_studies.ray_validation import table_model

@@ -4,11 +4,7 @@
 `render` takes pictures of textured planes; `white_image` makes patterns with known centres.
 """
 
-from plenofir_studies.synthetic.pattern import (
-    centres_within,
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic.pattern import centres_within, regular_grid, white_image
 from plenofir_studies.synthetic.render import (
     Capture,
     TexturedPlane,

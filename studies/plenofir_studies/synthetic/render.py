@@ -24,11 +24,7 @@ from plenofir.camera.calibration.types_of_lenses import usual_order
 from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
-from plenofir_studies.synthetic.pattern import (
-    Form,
-    aperture,
-    regular_grid,
-)
+from plenofir_studies.synthetic.pattern import Form, aperture, regular_grid
 
 # Rays of a block are held for each layer and view; whole pictures would need gigabytes.
 _BLOCK_PIXELS = 1 << 19

@@ -17,19 +17,9 @@ import numpy.typing as npt
 
 from plenofir.fpga.hdmi.link import Frame, Packed, RasterSignals, encode_signals, raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.hdmi.tmds import (
-    TOKENS,
-    Bytes,
-    Flags,
-    decode_word,
-)
+from plenofir.fpga.hdmi.tmds import TOKENS, Bytes, Flags, decode_word
 from plenofir_tb.hdmi.packets import PACKET_WORDS, Packet, check_byte
-from plenofir_tb.hdmi.words import (
-    ISLAND_GUARD,
-    TERC4,
-    VIDEO_GUARDS,
-    is_data_word,
-)
+from plenofir_tb.hdmi.words import ISLAND_GUARD, TERC4, VIDEO_GUARDS, is_data_word
 
 PREAMBLE = 8
 GUARD = 2

@@ -12,13 +12,7 @@ from plenofir.camera.lightfield.disparity import (
     light_field_disparity,
 )
 from plenofir.camera.lightfield.exports import named_views, write_views
-from plenofir.camera.lightfield.indexing import (
-    compose,
-    light_field,
-    raw_image,
-    sub_aperture,
-    views,
-)
+from plenofir.camera.lightfield.indexing import compose, light_field, raw_image, sub_aperture, views
 from plenofir.camera.lightfield.stack import (
     PICTURE,
     FocalStack,

@@ -44,12 +44,7 @@ from plenofir.camera.rays.measured import (
     measure_pupil,
     measured_focal_length,
 )
-from plenofir.camera.rays.microscope import (
-    Microscope,
-    MicroscopeModel,
-    Objective,
-    load_instrument,
-)
+from plenofir.camera.rays.microscope import Microscope, MicroscopeModel, Objective, load_instrument
 from plenofir.camera.rays.model import RayModel
 
 __all__ = [

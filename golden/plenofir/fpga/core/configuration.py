@@ -8,12 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from plenofir.fpga.core.border import (
-    border_blocks,
-    check_border,
-    scaler_clocks,
-    weights_clocks,
-)
+from plenofir.fpga.core.border import border_blocks, check_border, scaler_clocks, weights_clocks
 from plenofir.fpga.core.engine import MAX_LINE_BUFFER_BITS as MAX_LINE_BUFFER_BITS
 from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP as PARTIAL_SUM_LOOP
 from plenofir.fpga.core.engine import Generics, PixelsPerClock, Raster, SliceEngine

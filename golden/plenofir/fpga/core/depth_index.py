@@ -6,13 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from plenofir.fpga.core.engine import (
-    MAX_LINE_BUFFER_BITS,
-    Generics,
-    PixelsPerClock,
-    Scope,
-    within,
-)
+from plenofir.fpga.core.engine import MAX_LINE_BUFFER_BITS, Generics, PixelsPerClock, Scope, within
 from plenofir.fpga.resources.estimate import Block
 from plenofir.fpga.resources.memory import Memory, bits_for
 from plenofir.ground.errors import InputError

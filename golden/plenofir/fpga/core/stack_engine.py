@@ -15,11 +15,7 @@ from plenofir.fpga.core.engine import (
     check_lane_delay,
     within,
 )
-from plenofir.fpga.core.moving_sum_engine import (
-    ADDER_WAVES,
-    CONTROL_WAVES,
-    row_waves,
-)
+from plenofir.fpga.core.moving_sum_engine import ADDER_WAVES, CONTROL_WAVES, row_waves
 from plenofir.fpga.resources.memory import Memory, bits_for, block_sizes
 from plenofir.ground.errors import InputError
 from plenofir.refocus.focal_stack import StackLayout

@@ -11,20 +11,11 @@ import pytest
 from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from plenofir.camera.calibration import (
-    Calibration,
-    Grid,
-    calibrate,
-    load_calibration,
-)
+from plenofir.camera.calibration import Calibration, Grid, calibrate, load_calibration
 from plenofir.camera.calibration.fit import fit_grid
 from plenofir.camera.calibration.frames import clipped_share, grey
 from plenofir.ground.errors import InputError
-from plenofir_studies.synthetic import (
-    centres_within,
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import centres_within, regular_grid, white_image
 from plenofir_studies.thesis_calibration import (
     binary,
     normalised,

@@ -18,10 +18,7 @@ from plenofir.camera.calibration.checks import (
 from plenofir.camera.calibration.growing import GrowingFit
 from plenofir.camera.calibration.lattice import primitive_vectors
 from plenofir.ground.errors import InputError
-from plenofir_studies.synthetic import (
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import regular_grid, white_image
 
 SHAPE = (90, 96)
 T, S = (n.ravel() for n in np.mgrid[-4:5, -4:5])

@@ -10,11 +10,7 @@ from plenofir.camera.calibration import calibrate
 from plenofir.ground.errors import InputError
 from plenofir_studies.drawn_calibration import tried
 from plenofir_studies.drawn_micro_images import drawn_white
-from plenofir_studies.synthetic import (
-    centres_within,
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import centres_within, regular_grid, white_image
 
 
 def check_all(seeds: range, largest_pixels: float, tell: Callable[[str], None] = print) -> None:

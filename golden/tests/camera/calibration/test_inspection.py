@@ -10,11 +10,7 @@ import pytest
 from plenofir.camera.calibration import calibrate
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.calibration.inspection import inspect_white, mean_micro_image
-from plenofir.camera.calibration.spots import (
-    focus_score,
-    infinity_focus,
-    measure_spots,
-)
+from plenofir.camera.calibration.spots import focus_score, infinity_focus, measure_spots
 from plenofir.camera.rays import RayModel, extension_of_infinity, load_camera
 from plenofir.ground.errors import InputError
 from plenofir_studies.synthetic import (

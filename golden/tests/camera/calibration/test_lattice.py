@@ -18,10 +18,7 @@ from plenofir.camera.calibration.lattice import (
     reduced,
     reduced_lengths,
 )
-from plenofir_studies.synthetic import (
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import regular_grid, white_image
 
 SHAPE = (84, 92)
 LAYOUTS = ("rectangular", "hexagonal-rows", "hexagonal-columns")

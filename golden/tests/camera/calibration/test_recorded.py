@@ -16,10 +16,7 @@ from distorted_white import distorted_centres, distorted_white, ideal_white, spo
 
 from plenofir.camera.calibration import calibrate
 from plenofir.ground.errors import InputError
-from plenofir_studies.synthetic import (
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import regular_grid, white_image
 
 RECORD = Path(__file__).with_suffix(".json")
 # Rounding differs between processors, and with the order of sums.

@@ -24,10 +24,7 @@ from plenofir.camera.calibration.resample import (
     raster_window,
 )
 from plenofir.ground.errors import InputError
-from plenofir_studies.synthetic import (
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import regular_grid, white_image
 
 SHAPE = (130, 170)
 # All samples of 7 x 7 lenses are inside, with the largest pitch and rotation.

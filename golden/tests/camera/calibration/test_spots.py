@@ -24,10 +24,7 @@ from plenofir.camera.calibration.spots import SIDES, Spots, best_position, spot_
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.rays.measured import measure_pupil
 from plenofir.ground.errors import InputError
-from plenofir_studies.synthetic import (
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import regular_grid, white_image
 
 SHAPE = (110, 120)
 

@@ -12,10 +12,7 @@ from plenofir.camera.calibration.lattice import primitive_vectors
 from plenofir.camera.calibration.models import EVEN
 from plenofir.camera.calibration.pixels import pixel_fit
 from plenofir.camera.calibration.white import WhiteImage, enough
-from plenofir_studies.synthetic import (
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import regular_grid, white_image
 
 SHAPE, PITCH = (121, 301), 10.0
 

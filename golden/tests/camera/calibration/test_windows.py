@@ -19,11 +19,7 @@ from plenofir.camera.calibration.centroids import (
 )
 from plenofir.camera.calibration.moments import add_spot_system, add_spots, sample, spot_values
 from plenofir.camera.calibration.redrawn import redrawn, usual_spot
-from plenofir_studies.synthetic import (
-    centres_within,
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import centres_within, regular_grid, white_image
 
 RNG = np.random.default_rng(8)
 NOISE = RNG.uniform(0, 900, (60, 70)).astype(np.float32)

@@ -14,10 +14,7 @@ from plenofir.fpga.hdmi.edid import make_edid
 from plenofir.fpga.hdmi.modes import HD720
 from plenofir.ground.images import write_png
 from plenofir.ground.project import root
-from plenofir_studies.synthetic import (
-    regular_grid,
-    white_image,
-)
+from plenofir_studies.synthetic import regular_grid, white_image
 
 
 @pytest.fixture(scope="module")

@@ -39,11 +39,7 @@ from plenofir.camera.recognise.benchmark import hci_scene, read_pfm
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import read_image, write_png
 from plenofir.ground.project import DATA
-from plenofir_studies.synthetic import (
-    TexturedPlane,
-    field_of_view,
-    render,
-)
+from plenofir_studies.synthetic import TexturedPlane, field_of_view, render
 
 M = 5
 

@@ -27,10 +27,7 @@ from plenofir.camera.rays.distances import BEYOND, REAL
 from plenofir.camera.rays.focused import Origin
 from plenofir.camera.rays.precise import CONTEXT, Line, split
 from plenofir.ground.errors import InputError
-from plenofir_studies.intersections import (
-    image_side_distance,
-    object_side_distance,
-)
+from plenofir_studies.intersections import image_side_distance, object_side_distance
 
 F193 = load_camera("f193-mla2")
 BORDERS = {"centre": 0, "near": 1, "far": -1}

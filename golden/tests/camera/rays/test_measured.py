@@ -21,12 +21,7 @@ from plenofir.camera.rays import (
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import write_png
-from plenofir_studies.synthetic import (
-    micro_image_pitch,
-    regular_grid,
-    render,
-    white_image,
-)
+from plenofir_studies.synthetic import micro_image_pitch, regular_grid, render, white_image
 
 F193 = load_camera("f193-mla2")
 
