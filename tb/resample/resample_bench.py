@@ -70,7 +70,8 @@ class Bench:
                 # M steps to a pitch, whatever it is; a micro image has a rim.
                 pitch = max(pitch * rng.choice([1, 1.6]), 4.5)
                 layout = rng.choice(["hexagonal-rows", "hexagonal-rows", "rectangular"])
-            columns = rng.randint(max(int(3.2 * pitch), 12), core.max_columns)
+            fewest = min(max(int(3.2 * pitch), 12), core.max_columns)
+            columns = rng.randint(fewest, core.max_columns)
             rows = rng.randint(max(int(2.2 * pitch), 12), int(4.5 * pitch) + 12)
             rows, columns = shape or (rows, columns)
             grid = regular_grid(
@@ -101,23 +102,25 @@ class Bench:
     def border_camera(self) -> tuple[GridRegisters, Tables]:
         """Draw a grid of level or steep rows, with lenses on the first and on the last line."""
         core, rng = self.core, self.rng
-        bits, m = core.fraction_bits, core.micro_image_size
-        # Far apart, so that more lines of the next row of lenses are kept.
-        drawn, tables = max(
-            (self.camera() for _ in range(4)), key=lambda camera: camera[0].down[0][0]
-        )
+        bits = core.fraction_bits
         while True:
+            # Far apart, so that more lines of the next row of lenses are kept.
+            drawn, tables = max(
+                (self.camera() for _ in range(4)), key=lambda camera: camera[0].down[0][0]
+            )
             slope = (rng.choice((0, 0, rng.randint(-5, 5))) << bits) // max(drawn.lenses[1] - 1, 1)
             registers = drawn.model_copy(update={"right": (slope, drawn.right[1])})
             lines = registers.positions()[..., 0]
-            up = int(lines.min()) + (m // 2 << bits) + rng.randrange(1 << bits)
-            rows = (int(lines.max()) - up >> bits) + m // 2 + 1
+            half = (int(registers.samples()[-1, 0, 0]) >> bits) + 1 >> 1 << bits
+            up = int(lines.min()) + half + rng.randrange(1 << bits)
+            rows = (int(lines.max()) - up + half >> bits) + 1
             moved = {
                 "origin": (drawn.origin[0] - up, drawn.origin[1]),
                 "image_shape": (rows, drawn.image_shape[1]),
             }
             registers = registers.model_copy(update=moved)
             try:
+                registers.check_mirrored(where="drawn grid")
                 check_fits(core, registers, tables)
             except InputError:
                 continue

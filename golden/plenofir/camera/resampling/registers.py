@@ -140,6 +140,21 @@ class GridRegisters(BaseModel):
         """(y, x) of the middle of a micro image from its top left pixel."""
         return np.asarray(self.samples()[-1, -1] / 2)
 
+    def check_mirrored(self, *, where: str) -> None:
+        """Refuse an image in which a pixel of a micro image needs to be mirrored at both ends."""
+        fraction_bits, samples = self.precision.fraction_bits, self.samples().reshape(-1, 2)
+        low = self.positions() + samples.min(axis=0) >> fraction_bits
+        high = (self.positions() + samples.max(axis=0) >> fraction_bits) + 1
+        ends = np.array(self.image_shape) - 1
+        # 3 more pixels for moved lenses and for the interpolation.
+        if (low < 3 - ends).any() or (high + 3 > 2 * ends).any():
+            tilted = ", or too high for the skewed raster of a focused camera"
+            raise InputError(
+                f"the image of {ends[1] + 1} x {ends[0] + 1} pixels is too small for "
+                f"M = {self.micro_image_size}" + (tilted if self.layout == "skewed" else ""),
+                where=where,
+            )
+
 
 class Lenses(NamedTuple):
     """The lenses of the chip's raster, each of shape (rows, lenses)."""
@@ -265,17 +280,7 @@ def grid_registers(
     origin = (origin.reshape(-1, 2).max(axis=0) + origin.reshape(-1, 2).min(axis=0)) / 2
     half, middle = scale >> (bits.weight_bits + 1), unplaced.middle()
     placed = unplaced.model_copy(update={"origin": _rounded(origin - middle + half)})
-    samples = placed.samples().reshape(-1, 2)
-    low = placed.positions() + samples.min(axis=0) >> bits.fraction_bits
-    high = (placed.positions() + samples.max(axis=0) >> bits.fraction_bits) + 1
-    ends = np.array(calibration.image_shape) - 1
-    # 3 more pixels for moved lenses and for the interpolation.
-    if (low < 3 - ends).any() or (high + 3 > 2 * ends).any():
-        raise InputError(
-            f"the image of {ends[1] + 1} x {ends[0] + 1} pixels is too small for M = {m}"
-            + (", or too high for the skewed raster of a focused camera" if focused else ""),
-            where=where,
-        )
+    placed.check_mirrored(where=where)
     distortion = float(np.linalg.norm((affine - centres)[used], axis=-1).max())
     if layout == "hexagonal-rows":
         placed = _with_places(placed, grid.pitch[0] / grid.pitch[1], moved)
