@@ -11,10 +11,57 @@ from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
 
 
+def initial_index(layout: SumLayout, slice_: int, phase: int, *, held: bool) -> int | None:
+    """Index of the pixel of a phase that entered last with output 0, or None.
+
+    With `held` output 0 counts as the first of its group; otherwise pixels of the next group may
+    have entered already.
+    """
+    m, group = layout.micro_image_size, layout.group_size(slice_)
+    first = layout.offset(slice_)
+    if held:
+        first -= first % group
+    last = first + group - 1
+    index = last - phase * (layout.shifts[slice_] - 1) - layout.place_in_group(slice_, phase)
+    index -= (index - phase) % m
+    return index if index >= 0 else None
+
+
+def is_initial(layout: SumLayout, slice_: int, phase: int, *, held: bool) -> bool:
+    """Whether the pixel of `initial_index` is added to the first sum.
+
+    That sum is, with `held`, the one that output 0 shows, otherwise the running sum. If each group
+    begins a new sum, the running sum at output 0 holds no pixel of the group before.
+    """
+    index = initial_index(layout, slice_, phase, held=held)
+    if index is None:
+        return False
+    place = index + phase * (layout.shifts[slice_] - 1) + layout.place_in_group(slice_, phase)
+    group = layout.group_size(slice_)
+    last = layout.offset(slice_) + group - 1
+    if held:
+        last -= layout.offset(slice_) % group
+    if held or layout.pixels_leave:
+        return place > last - layout.box(slice_)
+    return place >= last - last % group
+
+
+def lane_is_initial(layout: LaneLayout, slice_: int, index: int, *, held: bool) -> bool:
+    """Whether a pixel is in the sum before output 0; with `held`, in that of its group."""
+    sums = layout.sums
+    last = -1
+    if held:
+        groups = range(sums.micro_image_size)
+        last = -next(back for back in groups if sums.begins_group(slice_, -back))
+    enters_with = index - sums.delay
+    enters_with += sums.entering_age(slice_, index % sums.micro_image_size)
+    return last - sums.box(slice_) < enters_with <= last
+
+
 def first_index(layout: SumLayout, slice_: int, phase: int, *, held: bool) -> int | None:
     """Index of a phase's pixel that a line's first sums take up; None for none."""
-    initial = layout.is_initial(slice_, phase, held=held)
-    return layout.initial_index(slice_, phase, held=held) if initial else None
+    initial = is_initial(layout, slice_, phase, held=held)
+    return initial_index(layout, slice_, phase, held=held) if initial else None
 
 
 def history_place(layout: StackLayout, slice_: int, phase: int) -> int:
@@ -81,7 +128,7 @@ def moving_sum_lines(
             total, result = first_sum, held_sum
             enter = []
             for v in range(m):
-                initial = layout.initial_index(order[due], v, held=False)
+                initial = initial_index(layout, order[due], v, held=False)
                 skipped = 0 if initial is None else initial // m + 1
                 enter.append(base[v] + skipped)
         elif due >= 0:
@@ -158,8 +205,8 @@ def lane_sums(
                 wraps, bank = divmod(next_place + j, banks)
                 memory[bank, (next_row + wraps) % layout.rows] = word[j]
                 index = count * p + j
-                first += word[j] * layout.is_initial(order[current], index, held=False)
-                held_first += word[j] * layout.is_initial(order[current], index, held=True)
+                first += word[j] * lane_is_initial(layout, order[current], index, held=False)
+                held_first += word[j] * lane_is_initial(layout, order[current], index, held=True)
             wraps, next_place = divmod(next_place + p, banks)
             next_row += wraps
         if due_begins is not None:

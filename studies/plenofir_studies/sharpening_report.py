@@ -10,7 +10,7 @@ import numpy as np
 from plenofir.ground import project
 from plenofir.ground.images import Image, read_image
 from plenofir.refocus import automatic_units, refocus
-from plenofir.refocus.sharpening import WEIGHT_UNITS, taps
+from plenofir.refocus.sharpening import WEIGHT_UNITS
 from plenofir_studies import sharpening as study
 from plenofir_studies.report_parts import Progress, Report, table
 
@@ -105,7 +105,7 @@ def _gains() -> list[str]:
         units = automatic_units(5, 3, order)
         b = Fraction(units, WEIGHT_UNITS)
         rows.append(
-            [f"5, 3, order {order}", str(b), f"at most {taps(units).noise_gain ** 2:.3f}", "-"]
+            [f"5, 3, order {order}", str(b), f"at most {study.derived_noise_gain(units):.3f}", "-"]
         )
     return table(["M, a'", "b", "derived", "measured"], rows)
 

@@ -19,7 +19,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import MAX_PARALLEL_ROWS
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.fpga.devices import SPARTAN6
+from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.resources.estimate import estimate
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.tools.simulators import find_simulator
@@ -44,6 +44,7 @@ THESIS_SAVED_PERCENT = 99.91
 THESIS_SOFTWARE_S = 12.1369
 PEREZ_S = 105.9334e-3
 PEREZ_SIDE = 589
+SPARTAN6 = [device for device in DEVICES.values() if device.family == "spartan6"]
 _ROWS_AT_ONCE = (1, 3, 11, SIZE)
 _BITS = 8
 _LEAST_RUNS, _MOST_RUNS, _LEAST_SECONDS = 3, 200, 1.0
@@ -219,7 +220,7 @@ def _buildable_rows() -> list[list[str]]:
             cells = ["", f"{registers} bits of registers", "", "none"]
         else:
             usage = estimate(core.blocks)
-            fits = [d.name.upper() for d in SPARTAN6.values() if not d.overflow(usage)]
+            fits = [d.name.upper() for d in SPARTAN6 if not d.overflow(usage)]
             amounts = usage.lut, usage.flip_flops, usage.block_rams
             cells = [*map(str, amounts), fits[0] if fits else "none"]
         rows.append([name, f"{bits}, {bits * THESIS_CLOCK_HZ / 1e9:.4g} Gbit/s", *cells])
@@ -235,7 +236,7 @@ def page(recorded: Recorded) -> str:
     raster = pixels / THESIS_CLOCK_HZ
     names = list(recorded.seconds)
     fast, printed = recorded.seconds[names[0]], recorded.seconds[names[-1]]
-    devices = SPARTAN6["xc6slx45"], list(SPARTAN6.values())[-1]
+    devices = DEVICES["xc6slx45"], SPARTAN6[-1]
     lines = [
         "# The benchmark of the thesis",
         "",

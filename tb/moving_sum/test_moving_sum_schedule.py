@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from stepped_sums import initial_index, is_initial, lane_is_initial
 
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -107,7 +108,7 @@ def schedule(
             for index in range(p):
                 for held in (False, True):
                     name = f"is_ahead {p} {s} {index} {held:d}"
-                    yield name, lanes.is_initial(s, index, held=held)
+                    yield name, lane_is_initial(lanes, s, index, held=held)
     yield from ((f"bank_group {v}", group) for v, group in enumerate(layout.bank_groups))
     for s in range(len(shifts)):
         yield f"group_size {s}", layout.group_size(s)
@@ -118,10 +119,10 @@ def schedule(
             yield f"leaving_age {s} {v}", layout.leaving_age(s, v)
             yield f"begins_group {s} {v}", layout.begins_group(s, v)
             for held in (False, True):
-                index = layout.initial_index(s, v, held=held)
+                index = initial_index(layout, s, v, held=held)
                 name = str(held).lower()
                 yield f"initial_index {name} {s} {v}", -1 if index is None else index
-                yield f"is_initial {name} {s} {v}", layout.is_initial(s, v, held=held)
+                yield f"is_initial {name} {s} {v}", is_initial(layout, s, v, held=held)
 
 
 def test_vhdl_and_python_have_one_schedule(built: tuple[Simulator, Path]) -> None:

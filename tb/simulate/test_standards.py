@@ -3,6 +3,7 @@
 
 import dataclasses
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.simulate.chain import run_chain
 from plenofir.fpga.simulate.file_bench import run_bench
-from plenofir.fpga.tools.simulators import STANDARDS, Simulator, Standard, find_simulator
+from plenofir.fpga.tools.simulators import Simulator, Standard, find_simulator
 from plenofir.plan.sensor.chip import resampling
 from plenofir.plan.sensor.sensor_bench import run_sensor
 from plenofir.refocus.sharpness import depth_index
@@ -46,7 +47,7 @@ def raw(*shape: int) -> np.ndarray:
 
 
 @pytest.mark.quick
-@pytest.mark.parametrize("standard", STANDARDS)
+@pytest.mark.parametrize("standard", get_args(Standard))
 @pytest.mark.parametrize("board", BOARD_NAMES)
 def test_all_sources_are_both(
     tmp_path: Path, simulator: Simulator, board: str, standard: Standard

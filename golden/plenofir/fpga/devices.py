@@ -278,7 +278,6 @@ DEVICES = {row[0]: _device(family, row) for family, rows in _ROWS.items() for ro
 """All devices by name; those of a family from small to large."""
 DEFAULT_DEVICE = "xc6slx45"
 """Device of a scene that names none."""
-SPARTAN6 = {name: device for name, device in DEVICES.items() if device.family == "spartan6"}
 ECP5 = {name: device for name, device in DEVICES.items() if device.family == "ecp5"}
 
 

@@ -65,7 +65,6 @@ class Facts:
     rom_cost: float = 1 / 16  # Yosys's cost of a bit of a ROM in logic
     # ``memory_bram`` instead of ``memory_libmap``: the best filled block RAM, if at least 5 % full.
     fullest: bool = False
-    clocks_from: str = ""  # source of the clocks that the planner assumes
     ports: str = ""  # option of Yosys that leaves out pads, so that ports need no pins
 
 

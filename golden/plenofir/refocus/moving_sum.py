@@ -56,13 +56,14 @@ class SumLayout:
         index = phase // (self.micro_image_size // group)
         return group - 1 - index if self.shifts[slice_] >= 1 else index
 
-    def _offset(self, slice_: int) -> int:
+    def offset(self, slice_: int) -> int:
+        """Replica of an input pixel that lands on the output of the same index."""
         return self._filter.offset(slice_)
 
     def entering_phase(self, slice_: int, output: int) -> int:
         """Phase of the pixel that enters the sum with an output."""
         m = self.micro_image_size
-        place = output + self._offset(slice_) + self.group_size(slice_) - 1
+        place = output + self.offset(slice_) + self.group_size(slice_) - 1
         phases = [
             v
             for v in range(m)
@@ -75,49 +76,16 @@ class SumLayout:
         """Steps from a pixel of a phase to its entering the sum; it leaves B steps later."""
         return (
             self.delay
-            - self._offset(slice_)
+            - self.offset(slice_)
             - self.group_size(slice_)
             + 1
             + phase * (self.shifts[slice_] - 1)
             + self.place_in_group(slice_, phase)
         )
 
-    def initial_index(self, slice_: int, phase: int, *, held: bool) -> int | None:
-        """Index of the pixel of a phase that entered last with output 0, or None.
-
-        With `held` output 0 counts as the first of its group; otherwise pixels of the next group
-        may have entered already.
-        """
-        m, group = self.micro_image_size, self.group_size(slice_)
-        first = self._offset(slice_)
-        if held:
-            first -= first % group
-        last = first + group - 1
-        index = last - phase * (self.shifts[slice_] - 1) - self.place_in_group(slice_, phase)
-        index -= (index - phase) % m
-        return index if index >= 0 else None
-
-    def is_initial(self, slice_: int, phase: int, *, held: bool) -> bool:
-        """Whether the pixel of `initial_index` is added to the first sum.
-
-        That sum is, with `held`, the one that output 0 shows, otherwise the running sum. If each
-        group begins a new sum, the running sum at output 0 holds no pixel of the group before.
-        """
-        index = self.initial_index(slice_, phase, held=held)
-        if index is None:
-            return False
-        place = index + phase * (self.shifts[slice_] - 1) + self.place_in_group(slice_, phase)
-        group = self.group_size(slice_)
-        last = self._offset(slice_) + group - 1
-        if held:
-            last -= self._offset(slice_) % group
-        if held or self.pixels_leave:
-            return place > last - self.box(slice_)
-        return place >= last - last % group
-
     def begins_group(self, slice_: int, output: int) -> bool:
         """Whether an output is the first of a group of equal ones."""
-        return (output + self._offset(slice_)) % self.group_size(slice_) == 0
+        return (output + self.offset(slice_)) % self.group_size(slice_) == 0
 
     @property
     def holds_outputs(self) -> bool:

@@ -51,11 +51,6 @@ class Taps(NamedTuple):
         """Sum of the weights' magnitudes."""
         return self.centre + 2 * self.side
 
-    @property
-    def noise_gain(self) -> float:
-        """Noise after over noise before the filter of one dimension, as standard deviations."""
-        return float(np.hypot(self.centre, np.sqrt(2) * self.side)) / self.scale
-
 
 def taps(units: int) -> Taps:
     """The filter for b = units / 64, in its smallest whole numbers."""

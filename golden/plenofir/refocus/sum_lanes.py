@@ -53,19 +53,6 @@ class LaneLayout:
         """Row of that pixel, relative to the output's o div N."""
         return (place + self.offset(slice_, place)) // self.banks
 
-    def first_output(self, slice_: int, index: int) -> int:
-        """Output with which a pixel enters."""
-        phase = index % self.sums.micro_image_size
-        return index + self.sums.entering_age(slice_, phase) - self.sums.delay
-
-    def is_initial(self, slice_: int, index: int, *, held: bool) -> bool:
-        """Whether a pixel is in the sum before output 0; with `held`, in that of its group."""
-        m, box = self.sums.micro_image_size, self.sums.box(slice_)
-        last = -1
-        if held:
-            last = -next(back for back in range(m) if self.sums.begins_group(slice_, -back))
-        return last - box < self.first_output(slice_, index) <= last
-
     @property
     def clocks(self) -> int:
         """Clocks of the stage, besides the delay in tokens."""

@@ -166,13 +166,6 @@ def test_weights() -> None:
     assert [check_sharpen(x) for x in options] == list(options)
 
 
-def test_gain_of_noise() -> None:
-    for units in (0, 1, 6, 16):
-        b = units / 64
-        exact = (b**2 + (1 + 2 * b) ** 2 + b**2) ** 0.5
-        assert taps(units).noise_gain == pytest.approx(exact, rel=1e-12)
-
-
 def test_integer_settings_and_flat_pictures_stay_as_they_are() -> None:
     raw = random_image((70, 80, 3), np.uint8)
     assert np.array_equal(refocus(raw, 5, 2, sharpen="auto"), refocus(raw, 5, 2))

@@ -11,7 +11,7 @@ from plenofir.camera.lightfield.disparity import (
     depth_map,
     light_field_disparity,
 )
-from plenofir.camera.lightfield.exports import named_views, write_views
+from plenofir.camera.lightfield.exports import named_views
 from plenofir.camera.lightfield.indexing import compose, light_field, raw_image, sub_aperture, views
 from plenofir.camera.lightfield.stack import (
     PICTURE,
@@ -41,5 +41,4 @@ __all__ = [
     "sharpness_curve",
     "sub_aperture",
     "views",
-    "write_views",
 ]

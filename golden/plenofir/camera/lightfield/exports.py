@@ -3,16 +3,14 @@
 
 import io
 from math import isqrt
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from plenofir.camera.lightfield.between import views_between
-from plenofir.camera.lightfield.indexing import views
 from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import eight_bits, write_png
+from plenofir.ground.images import eight_bits
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]
@@ -25,15 +23,6 @@ def named_views(images: Image) -> dict[str, Image]:
     return {
         f"view_{v:0{digits}}_{u:0{digits}}.png": images[v, u] for v, u in np.ndindex(rows, columns)
     }
-
-
-def write_views(raw: Image, micro_image_size: int, folder: Path) -> list[Path]:
-    """Write the views of a raw image, see `named_views`."""
-    paths = []
-    for name, image in named_views(views(raw, micro_image_size)).items():
-        write_png(folder / name, np.ascontiguousarray(image))
-        paths.append(folder / name)
-    return paths
 
 
 def mosaic(images: Image) -> Image:

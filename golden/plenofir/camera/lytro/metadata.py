@@ -92,7 +92,6 @@ class MainLens(Numbers):
     fNumber: float | None = None  # noqa: N815
     zoomStep: float | None = None  # noqa: N815
     focusStep: float | None = None  # noqa: N815
-    infinityLambda: float | None = None  # noqa: N815
     exitPupilOffset: Vector | None = None  # noqa: N815
 
 

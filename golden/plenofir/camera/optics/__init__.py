@@ -32,7 +32,6 @@ from plenofir.camera.optics.paraxial import (
     exit_pupil,
     is_afocal,
     paraxial_properties,
-    transfer_matrix,
 )
 from plenofir.camera.optics.prescription import (
     LensSystem,
@@ -71,5 +70,4 @@ __all__ = [
     "read_glass_table",
     "read_prescription",
     "shipped_lenses",
-    "transfer_matrix",
 ]

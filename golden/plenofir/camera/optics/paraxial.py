@@ -75,15 +75,6 @@ def _departure_from_identity(system: LensSystem) -> FloatArray:
     return departure
 
 
-def transfer_matrix(system: LensSystem) -> FloatArray:
-    """Ray transfer matrix from the first to the last vertex.
-
-    Result: [[A, B], [C, D]] on (height in mm, reduced angle), determinant 1; -C is the power in
-    1/mm.
-    """
-    return np.eye(2) + _departure_from_identity(system)
-
-
 def is_afocal(system: LensSystem) -> bool:
     """Whether the lens has no power, up to the rounding errors of its surfaces' powers.
 

@@ -60,11 +60,6 @@ class Surface(BaseModel):
     semi_aperture_mm: Annotated[FiniteFloat, Field(gt=0)]
     stop: bool = False
 
-    @property
-    def radius_mm(self) -> float:
-        """Radius in mm, infinite for a plane."""
-        return 1 / self.curvature_per_mm if self.curvature_per_mm != 0 else math.inf
-
 
 @dataclass(frozen=True, eq=False)
 class LensSystem:

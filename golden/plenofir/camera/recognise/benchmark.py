@@ -30,31 +30,6 @@ class HciScene:
     # Ground truth of the central view in pixels per view, positive for what is nearer than the
     # plane of disparity 0 (as `plenofir.camera.lightfield.Disparity` counts).
     disparity: Floats32 | None
-    distance_m: Floats32 | None  # ground truth of depth
-
-    def number(self, name: str) -> float | None:
-        """One of the parameters."""
-        try:
-            return float(self.parameters[name])
-        except (KeyError, ValueError):
-            return None
-
-    def disparity_of(self, distance_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Disparity of distances in metres, by the parameters of the camera.
-
-        d = b f R / s (1 / Z - 1 / D), with the baseline b, focal length f, resolution R, sensor
-        size s, focus distance D and the lens formula's D / (D - f).
-        """
-        lengths = ("baseline_mm", "focal_length_mm", "sensor_size_mm", "focus_distance_m")
-        sides = ("image_resolution_x_px", "image_resolution_y_px")
-        numbers = {name: self.number(name) for name in (*lengths, *sides)}
-        missing = [name for name, value in numbers.items() if value is None]
-        if missing:
-            raise InputError(f"{missing[0]} is missing, or no number", where="parameters.cfg")
-        b, f, s, focus_m, *size = (float(value or 0.0) for value in numbers.values())
-        focus = 1000 * focus_m
-        scale = b * f * max(size) / (s * (focus - f))
-        return np.asarray(scale * (focus / (1000 * np.asarray(distance_m)) - 1))
 
 
 def hci_views(folder: Path) -> list[Path]:
@@ -117,11 +92,8 @@ def hci_scene(folder: Path) -> HciScene:
             ) from None
         for section in parser.sections():
             parameters.update(parser[section])
-    maps = []
-    for name in ("gt_disp_lowres.pfm", "gt_depth_lowres.pfm"):
-        file = folder / name
-        maps.append(read_pfm(file) if file.is_file() else None)
-    return HciScene(parameters, maps[0], maps[1])
+    disparity = folder / "gt_disp_lowres.pfm"
+    return HciScene(parameters, read_pfm(disparity) if disparity.is_file() else None)
 
 
 def read_pfm(path: Path) -> Floats32:

@@ -41,11 +41,3 @@ def judge(line: Image) -> int:
     if not apart.any():
         return 2
     return int(2 * int((apart <= NEAR).sum()) > len(line))
-
-
-def with_bar(picture: Image, marks: int, lines: int) -> Image:
-    """Copy a picture that goes out, with the bar over its first lines."""
-    drawn = picture.copy()
-    if marks:
-        drawn[:lines] = (CHANGED_BAR, EQUAL_BAR)[marks - 1]
-    return drawn

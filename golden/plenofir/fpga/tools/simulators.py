@@ -12,13 +12,12 @@ import uuid
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 from plenofir.fpga.names import SimulatorName
 from plenofir.ground.errors import InputError, ToolError
 
 Standard = Literal["1993", "2008"]
-STANDARDS: tuple[Standard, ...] = get_args(Standard)
 NVC_RELEASES = "https://github.com/nickg/nvc/releases"
 # No warnings about undefined vectors at time 0; a ROM of 2^16 words exceeds GHDL's default stack.
 GHDL_RUN_OPTIONS = ("--ieee-asserts=disable-at-0", "--max-stack-alloc=0")

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from plenofir.camera.lightfield import (
     compose,
     light_field,
+    named_views,
     raw_image,
     sub_aperture,
     views,
-    write_views,
 )
 from plenofir.camera.recognise import Hints, recognise
 from plenofir.ground.errors import InputError
@@ -94,8 +94,10 @@ def test_names(tmp_path: Path, name: str) -> None:
 def test_views_by_files(tmp_path: Path) -> None:
     raw = np.random.default_rng(0).integers(0, 65535, (24, 36, 3)).astype(np.uint16)
     steps = []
-    paths = write_views(raw, 3, tmp_path)
-    assert [p.name for p in paths[:2]] == ["view_00_00.png", "view_00_01.png"]
+    files = named_views(views(raw, 3))
+    assert list(files)[:2] == ["view_00_00.png", "view_00_01.png"]
+    for name, view in files.items():
+        write_png(tmp_path / name, np.ascontiguousarray(view))
     found = recognise(tmp_path).all_views(lambda done, total: steps.append((done, total)))
     assert np.array_equal(compose(found.pixels), raw)
     assert steps[-1] == (9, 9)

@@ -22,7 +22,6 @@ from plenofir.camera.optics import (
     load_prescription,
     paraxial_properties,
     shipped_lenses,
-    transfer_matrix,
 )
 from plenofir.ground.errors import InputError
 
@@ -97,7 +96,6 @@ def test_f100():
 def test_shipped_lenses_against_oracle(name, factor):
     system = load_prescription(name).scaled(factor).at(550)
     assert_matches_oracle(system, 1e-12)
-    assert np.linalg.det(transfer_matrix(system)) == pytest.approx(1, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", shipped_lenses())
@@ -160,7 +158,6 @@ def test_telescope_is_named_afocal():
     assert is_afocal(system)
     with pytest.raises(InputError, match="afocal"):
         cardinal_points(system)
-    assert transfer_matrix(system)[0, 0] == pytest.approx(-30 / 100, rel=1e-13)
 
 
 @given(st.floats(5, 500), st.floats(-0.95, 0.95))

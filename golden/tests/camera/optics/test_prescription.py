@@ -49,8 +49,8 @@ def test_surfaces_of_f100():
     lens = load_prescription("f100")
     assert len(lens.surfaces) == 11
     assert [k for k, s in enumerate(lens.surfaces) if s.stop] == [5]
-    assert lens.surfaces[0].radius_mm == pytest.approx(54.1532461657, rel=1e-15)
-    assert lens.surfaces[3].radius_mm == math.inf
+    assert 1 / lens.surfaces[0].curvature_per_mm == pytest.approx(54.1532461657, rel=1e-15)
+    assert lens.surfaces[3].curvature_per_mm == 0
     assert [s.glass.name for s in lens.surfaces[:4]] == ["N-SK2", "air", "N-SK16", "F5"]
     assert all(isinstance(s.glass.dispersion, Sellmeier | Constant) for s in lens.surfaces)
 
