@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Live frames from a growing folder, a video or a camera; a slow viewer skips some."""
 
+import atexit
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -22,6 +23,8 @@ _WRITING_SECONDS = 2.0
 _FIRST_SECONDS = 10.0
 # A page asks again after each answer: the wait bounds how long a closed page holds its thread.
 _WAIT_SECONDS = 10.0
+# A camera gives its next frame sooner; a reader that only sleeps may stay behind.
+_CLOSE_SECONDS = 1.0
 
 
 class Captured(NamedTuple):
@@ -108,7 +111,7 @@ class Live:
 
     A thread reads the source at its own rate; `prepare` converts a frame's picture to an aligned
     raw image, `where` is the source's name in messages. InputError if there is no frame within ten
-    seconds, or it cannot be used.
+    seconds, or it cannot be used. When Python ends, the thread ends first.
     """
 
     def __init__(
@@ -124,7 +127,11 @@ class Live:
         self._ended = False
         self._changed = threading.Condition()
         self._shape: tuple[tuple[int, ...], np.dtype[np.integer]] | None = None
-        threading.Thread(target=self._read, args=(frames,), daemon=True).start()
+        self._closing = False
+        self._reader = threading.Thread(target=self._read, args=(frames,), daemon=True)
+        self._reader.start()
+        # Python stops a thread that comes back to it at its end; inside OpenCV that is an abort.
+        atexit.register(self._close)
         first = self._wait(0, _FIRST_SECONDS)
         if first is None:
             raise InputError("no frame came within ten seconds", where=where)
@@ -133,6 +140,8 @@ class Live:
     def _read(self, frames: Iterator[Captured]) -> None:
         try:
             for number, frame in enumerate(frames, 1):
+                if self._closing:
+                    break
                 with self._changed:
                     self._newest = number, frame
                     self._changed.notify_all()
@@ -141,6 +150,10 @@ class Live:
         with self._changed:
             self._ended = True
             self._changed.notify_all()
+
+    def _close(self) -> None:
+        self._closing = True
+        self._reader.join(_CLOSE_SECONDS)
 
     def _wait(self, after: int, seconds: float) -> Frame | None:
         def there() -> bool:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The viewer's frames: live sources, films and pages that are played."""
 
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -59,6 +61,27 @@ def test_a_source_that_changes_or_fails_is_refused() -> None:
     found = page.parts["frame"](PartRequest(1, 0))
     assert len(found.content) == 36
     assert page.parts["frame"](PartRequest(1, 2)).facts == {"ended": "1"}
+
+
+def test_the_reader_ends_before_python_does() -> None:
+    """A thread that comes back from OpenCV while Python ends aborts the process."""
+    program = """
+import atexit, itertools, threading, time
+import numpy as np
+from plenofir.ground.images import Picture
+from plenofir.view.live import Captured, Live
+
+def frames():
+    for number in itertools.count():
+        yield Captured(Picture(np.zeros((6, 6), np.uint8), 255), 0.0)
+        time.sleep(0.01)
+
+# Functions run in the opposite order.
+atexit.register(lambda: print(threading.active_count()))
+Live(frames(), lambda picture: picture, 3, "test")
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.stdout, done.stderr, done.returncode) == ("1\n", "", 0)
 
 
 def test_each_live_frame_has_its_own_levels() -> None:
