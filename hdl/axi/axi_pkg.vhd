@@ -141,7 +141,8 @@ package axi_pkg is
   -- Content of the register `sharpness`.
   function sharpness_word (
     radius      : natural;
-    vote_radius : natural
+    vote_radius : natural;
+    sharp_too   : boolean
   ) return natural;
 
   -- Content of the register `resampler`.
@@ -317,11 +318,13 @@ package body axi_pkg is
 
   function sharpness_word (
     radius      : natural;
-    vote_radius : natural
+    vote_radius : natural;
+    sharp_too   : boolean
   ) return natural is
   begin
 
-    return radius * 2 ** SHARPNESS_RADIUS + vote_radius * 2 ** SHARPNESS_VOTE_RADIUS;
+    return radius * 2 ** SHARPNESS_RADIUS + vote_radius * 2 ** SHARPNESS_VOTE_RADIUS +
+           choose(sharp_too, 2 ** SHARPNESS_SHARP_TOO, 0);
 
   end function sharpness_word;
 

@@ -203,6 +203,9 @@ typedef struct plenofir_regs_t
 // Attributes for the 'vote_radius' field in the 'sharpness' register.
 #define PLENOFIR_SHARPNESS_VOTE_RADIUS_SHIFT (4u)
 #define PLENOFIR_SHARPNESS_VOTE_RADIUS_MASK (0x7u << 4u)
+// Attributes for the 'sharp_too' field in the 'sharpness' register.
+#define PLENOFIR_SHARPNESS_SHARP_TOO_SHIFT (7u)
+#define PLENOFIR_SHARPNESS_SHARP_TOO_MASK (0x1u << 7u)
 
 // Address of the 'confidence' register.
 // Mode 'Read'.

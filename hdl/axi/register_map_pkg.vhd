@@ -110,6 +110,7 @@ package register_map_pkg is
   constant SHARPNESS_RADIUS_BITS      : positive := 4;
   constant SHARPNESS_VOTE_RADIUS      : natural  := 4;
   constant SHARPNESS_VOTE_RADIUS_BITS : positive := 3;
+  constant SHARPNESS_SHARP_TOO        : natural  := 7;
 
   -- confidence: Threshold of texture.
   constant CONFIDENCE_LEVEL      : natural  := 0;

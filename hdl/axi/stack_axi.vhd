@@ -15,6 +15,7 @@ use ieee.std_logic_1164.all;
 library work;
 use work.math_pkg.all;
 use work.number_set_pkg.all;
+use work.index_pkg.all;
 use work.register_map_pkg.all;
 use work.axi_pkg.all;
 use work.token_pkg.marks_t;
@@ -36,7 +37,9 @@ entity stack_axi is
     DEPTH_INDEX : boolean                       := false;
     RADIUS      : natural range 0 to 8          := 1;
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
-    VOTE_RADIUS : natural range 0 to 4          := 0
+    VOTE_RADIUS : natural range 0 to 4          := 0;
+    -- true: SHIFTS names each slice twice, and BOX its box of M samples and behind it a smaller one, for the index.
+    SHARP_TOO : boolean := false
   );
   port (
     clk   : in    std_logic;
@@ -83,8 +86,10 @@ end entity stack_axi;
 
 architecture rtl of stack_axi is
 
-  -- All slices of a pixel go side by side from the stack to the index.
+  -- All slices of a pixel go side by side from the stack to the index, which judges each once.
   constant SLICES     : positive := slice_count(SHIFTS);
+  constant JUDGED     : positive := judged_slices("stack_axi", SHIFTS, choose(SHARP_TOO, 2, 1));
+  constant REFUSED    : boolean  := not takes(DEPTH_INDEX or not SHARP_TOO, "stack_axi: SHARP_TOO needs DEPTH_INDEX");
   constant P          : positive := PIXELS_PER_CLOCK;
   constant IN_BITS    : positive := P * CHANNELS * PIXEL_BITS;
   constant STACK_BITS : positive := SLICES * IN_BITS;
@@ -160,7 +165,7 @@ begin
       GEOMETRY   => geometry_word(MICRO_IMAGE_SIZE, SLICES, CHANNELS, PIXEL_BITS, P),
       LIMITS     => limits_word(MAX_COLUMNS, 1),
       ENGINE     => engine_word(true, true, CENTRED, false, false, 0, 0, 0, BORDER_NORMALISED),
-      SHARPNESS  => sharpness_word(RADIUS, VOTE_RADIUS),
+      SHARPNESS  => sharpness_word(RADIUS, VOTE_RADIUS, SHARP_TOO),
       CONFIDENCE => CONFIDENCE,
       SHIFTS     => SHIFTS,
       BOX        => BOX
@@ -229,14 +234,15 @@ begin
     find : entity work.depth_index
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SLICES           => SLICES,
+        SLICES           => JUDGED,
         RADIUS           => RADIUS,
         CONFIDENCE       => CONFIDENCE,
         VOTE_RADIUS      => VOTE_RADIUS,
         MAX_COLUMNS      => MAX_COLUMNS,
         PIXELS_PER_CLOCK => P,
         CHANNELS         => CHANNELS,
-        PIXEL_BITS       => PIXEL_BITS
+        PIXEL_BITS       => PIXEL_BITS,
+        SHARP_TOO        => SHARP_TOO
       )
       port map (
         clk           => clk,

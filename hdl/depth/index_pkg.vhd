@@ -77,6 +77,14 @@ package index_pkg is
     boxes            : positive := 1
   ) return index_build_t;
 
+  -- The number of slices that an index judges, where a stack's shifts name each slice once for each of its boxes.
+  -- Stops elaboration if they do not; the message begins with the name.
+  function judged_slices (
+    name   : string;
+    shifts : string;
+    boxes  : positive
+  ) return positive;
+
   -- The shifts of a stack as a depth between its slices needs them; none, if the text is empty. Stops elaboration if
   -- the text allows no such depth; the message begins with the name.
   function ordered_shifts (
@@ -205,6 +213,30 @@ package body index_pkg is
     );
 
   end function index_of;
+
+  function judged_slices (
+    name   : string;
+    shifts : string;
+    boxes  : positive
+  ) return positive is
+
+    constant REFUSED  : boolean  := not takes_shifts(name, shifts);
+    constant PICTURES : positive := slice_count(shifts);
+
+  begin
+
+    for i in 0 to PICTURES - 1 loop
+
+      -- The first picture of a slice is judged, so those behind it must be of the same slice.
+      assert PICTURES mod boxes = 0 and slice_shift(shifts, i) = slice_shift(shifts, i - i mod boxes)
+        report name & ": SHARP_TOO needs each slice of SHIFTS """ & shifts & """ twice"
+        severity failure;
+
+    end loop;
+
+    return PICTURES / boxes;
+
+  end function judged_slices;
 
   function ordered_shifts (
     name   : string;

@@ -238,7 +238,9 @@ async def stack(dut: Any) -> None:
         wanted = frame_beats(words, bits, want.pixels_per_clock)
         assert [beat.data for beat in bench.frames[0]] == [beat.data for beat in wanted]
     if index:
-        assert core.description.details["sharpness.radius"] == index["radius"]
+        details = core.description.details
+        assert details["sharpness.radius"] == index["radius"]
+        assert details["sharpness.sharp_too"] == index["sharp_too"]
 
 
 @cocotb.test(skip=KIND != "sensor_axi")

@@ -24,9 +24,17 @@ SESSION = CoreConfiguration(micro_image_size=5, shifts=(-3, -1, 0, 2), max_colum
 STACK = CoreConfiguration(
     micro_image_size=3, shifts=(-1, 2), max_columns=14, boxes=(2, 3), engine=StackEngine()
 )
-# With the index behind it two pixels a clock.
-JUDGED = STACK.model_copy(update={"engine": StackEngine(pixels_per_clock=2)})
-INDEX = DepthIndexConfiguration(micro_image_size=3, slices=2, max_columns=14)
+# With the index behind it two pixels a clock, and each slice twice.
+JUDGED = CoreConfiguration(
+    micro_image_size=3,
+    shifts=(-1, -1, 2, 2),
+    max_columns=14,
+    boxes=(3, 2, 3, 1),
+    engine=StackEngine(pixels_per_clock=2),
+)
+INDEX = DepthIndexConfiguration(
+    micro_image_size=3, slices=2, max_columns=14, confidence=800, sharp_too=True
+)
 WISHBONE = {
     "MICRO_IMAGE_SIZE": 3,
     "SHIFTS": "2 -1 0",
@@ -62,6 +70,7 @@ def test_driver(library: str) -> None:
         "index": INDEX.model_dump(mode="json"),
     }
     index = {"DEPTH_INDEX": True, "RADIUS": INDEX.radius}
+    index |= {"CONFIDENCE": INDEX.confidence, "SHARP_TOO": True}
     grids = [regular_grid(SHAPE, 6.3, rotation_degrees=degrees) for degrees in (0.7, -0.4)]
     calibrations = [calibration_of_grid(grid, SHAPE) for grid in grids]
     chips = [resampling(calibration, 5, devignette=False) for calibration in calibrations]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from hunt import focal_stack_hunt, raster_refocuser_hunt
+from hunt.raster_refocuser_hunt import draw_box
 from hunt.references import depth_index
 from hunt.references.focal_stack import stack
 
@@ -30,6 +31,11 @@ def draw(rng: random.Random) -> dict[str, Any]:
     g["PIXELS_PER_CLOCK"] = max(g["PIXELS_PER_CLOCK"], 1)
     g["RADIUS"], g["VOTE_RADIUS"] = rng.randint(0, 1), rng.choice([0, 0, 1])
     g["CONFIDENCE"] = rng.choice([0, 1, 1000])
+    g["SHARP_TOO"] = g["DEPTH_INDEX"] and rng.random() < 0.4
+    if g["SHARP_TOO"]:
+        m, shifts = g["MICRO_IMAGE_SIZE"], [s for s in g["SHIFTS"].split() for _ in range(2)]
+        g["SHIFTS"] = " ".join(shifts)
+        g["BOX"] = draw_box(rng, m, [int(s) for s in shifts], one=False)
     return {"generics": g}
 
 
@@ -39,9 +45,8 @@ def words(raw: np.ndarray, g: dict[str, Any], slice_: int) -> list[list[int]]:
     slices = stack(raw, g)
     if not g["DEPTH_INDEX"]:
         return pack(slices, g["PIXEL_BITS"], g["PIXELS_PER_CLOCK"])
-    count = len(g["SHIFTS"].split())
-    own = {**g, "SLICES": count, "SHIFTS": "", "PICTURE": True}
-    own |= {"CHOSEN_TOO": False, "SHARP_TOO": False}
+    count = len(g["SHIFTS"].split()) // (1 + g["SHARP_TOO"])
+    own = {**g, "SLICES": count, "SHIFTS": "", "PICTURE": True, "CHOSEN_TOO": False}
     return depth_index.words(slices, own, 0)
 
 

@@ -21,6 +21,7 @@ NO_SETS += ["1 " * 257]
 WIDE = {"PIXEL_BITS": 16, "INTERPOLATION_ORDER": 1, "MICRO_IMAGE_SIZE": 14}
 ALL_ZERO = {"EXACT": False, "PIXEL_BITS": 1, "MICRO_IMAGE_SIZE": 3}
 DEPTH = {"MICRO_IMAGE_SIZE": 5, "SLICES": 3, "MAX_COLUMNS": 64}
+PAIRS = {"SHIFTS": "-3 -3 0 0", "DEPTH_INDEX": True, "SHARP_TOO": True}
 PICTURE = CORE | {"SHIFTS": "-3 0", "OUTPUTS": "rad", "COLOURS": "00ff00" * 2}
 TEXTS = {
     "SLICES": 2,
@@ -127,6 +128,14 @@ REFUSED: list[Case] = [
         ("depth_index", DEPTH, {name: True, "PICTURE": False}, name)
         for name in ("CHOSEN_TOO", "SHARP_TOO")
     ),
+    *(
+        ("stack_axi", CORE | PAIRS, more, "SHARP_TOO")
+        for more in (
+            {"DEPTH_INDEX": False},
+            *({"SHIFTS": text} for text in ("-3", "-3 -3 0", "-3 0 -3 0")),
+        )
+    ),
+    ("stack_axi", CORE | PAIRS, {"SHIFTS": "2 x"}, "SHIFTS"),
     ("depth_index", DEPTH, {"SLICES": 256, "MAX_COLUMNS": 8192}, "SLICES"),
     ("index_verdict", DEPTH, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
     *(

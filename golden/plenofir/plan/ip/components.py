@@ -246,10 +246,10 @@ def _scene_stack_generics(plan: Plan) -> Generics | None:
     if not plan.screen.needs_index:
         return generics
     index = plan.screen.index(plan.core)
-    if not index.picture or index.shifts or index.sharp_too:
+    if not index.picture or index.shifts:
         return None
-    judged = index.generics()
-    own = {name: judged[name] for name in ("RADIUS", "CONFIDENCE", "VOTE_RADIUS")}
+    judged, names = index.generics(), ("RADIUS", "CONFIDENCE", "VOTE_RADIUS", "SHARP_TOO")
+    own = {name: judged[name] for name in names if name in judged}
     return {**generics, "DEPTH_INDEX": True, **own}
 
 
