@@ -39,6 +39,8 @@ threads: 383 to 400 10^9 a second. That was a third of the card's issue slots.
 """
 COPY = 2 * SIZE**2 / 10.2e-6
 """Bytes read and written in a second by a copy in its memory, over 24 frames (measured)."""
+BUS = 63e9
+"""Bytes that a PCI Express bus of 16 lanes, generation 5.0, moves each way in a second at most."""
 FULL_WATTS, IDLE_WATTS = 441.0, 133.0
 """Power of the card in the trial's loop and without work, by NVML over 5 s (measured)."""
 MEASURED_PJ = 850.0
@@ -78,6 +80,7 @@ class Recorded(BaseModel):
 
     machine: str
     frames: list[Predicted]
+    host_copy_seconds: float  # of a grey frame of 8 bit within its memory, by one thread
 
 
 def _slices(size: int, shifts: Sequence[int], channels: int, bits: int, **how: int) -> list[Slice]:
@@ -251,6 +254,12 @@ def page(recorded: Recorded) -> list[str]:
             ),
         ),
         f"CPU: {recorded.machine}; processor time of all threads.",
+        "",
+        "Frames that come from the host's memory and go back there are bounded by the host, though "
+        "upload, kernel and download overlap. Its bus (PCI Express 5.0, 16 lanes) moves "
+        f"{BUS / 1e9:.0f} GB/s each way at most: {1e6 * SIZE**2 / BUS:.0f} us for a grey frame of "
+        "8 bit, predicted. A thread that copies such a frame into memory that the card reads takes "
+        f"{1e6 * recorded.host_copy_seconds:.0f} us on the CPU above, measured.",
     ]
 
 
@@ -299,6 +308,13 @@ def load_recorded() -> Recorded:
     return Recorded.model_validate(json.loads(FILE.read_text()))
 
 
-def record(frames: Sequence[Predicted]) -> None:
+def recorded_here(frames: Sequence[Predicted]) -> Recorded:
+    """Predictions beside this machine's CPU."""
+    raw, copy = np.ones((2, SIZE, SIZE), np.uint8)
+    seconds = _least(partial(np.copyto, copy, raw), 9)
+    return Recorded(machine=machine(), frames=list(frames), host_copy_seconds=seconds)
+
+
+def record(recorded: Recorded) -> None:
     """Keep predictions for the documentation."""
-    save_records(FILE, Recorded(machine=machine(), frames=list(frames)).model_dump(), levels=2)
+    save_records(FILE, recorded.model_dump(), levels=2)

@@ -20,8 +20,9 @@ import numpy as np
 
 from plenofir.ground.extras import missing
 from plenofir.refocus import refocus, refocus_stack, sharpest_slices
-from plenofir.refocus.gpu.frames import reason
+from plenofir.refocus.gpu.frames import Work, gpu_slices, reason
 from plenofir.refocus.operator import Image
+from plenofir.refocus.settings import checked
 from plenofir_studies import energy_meters, gpu_predicted
 from plenofir_studies.energy_meters import Meter
 from plenofir_studies.gpu_predicted import SIZE, M
@@ -188,6 +189,25 @@ def _stacks(device: Device, raw: Image, m: int, runs: int, copied: float) -> lis
     return timings
 
 
+def from_memory(size: int = SIZE, frames: int = 2 * _QUEUED) -> str:
+    """Time of frames (grey, 8 bit, a' = 1) that come from the host's memory and go back there."""
+    raw = np.random.default_rng(0).integers(0, 256, (size, size), np.uint8)
+    work = Work(raw, [checked(raw, M, Fraction(1, M))[1]])
+    reasons: list[str] = []
+    seconds = inf
+    # The first run compiles.
+    for _ in range(2):
+        start = perf_counter()
+        for _, made in gpu_slices(range(frames), lambda _: work, reasons.append):
+            if made is None:
+                return f"From the host's memory and back: not run ({'; '.join(reasons)})."
+        seconds = (perf_counter() - start) / frames
+    return (
+        f"From the host's memory and back, grey, 8 bit: {1e3 * seconds:.3f} ms a frame, "
+        f"{1e-9 * raw.nbytes / seconds:.1f} GB/s each way."
+    )
+
+
 def energies(
     parts: Sequence[tuple[str, Meter | str, Callable[[Image], Any], Callable[[], None]]],
     size: int = SIZE,
@@ -256,6 +276,7 @@ def write_report(
         if isinstance(part, Device):
             add(report, part, measure(part), SIZE)
         report.step()
+    report.say(from_memory())
     reasons = [part for part in parts if isinstance(part, str)]
     if reasons:
         line = f"Not run on a GPU: {'; '.join(reasons)}."
@@ -286,6 +307,7 @@ def _predictions(keep: bool) -> list[str]:
         return [f"Nothing: {missing(error.name or '').problem}."]
     except RuntimeError as error:
         return [f"Nothing: NVIDIA's compiler fails ({error})."]
+    recorded = gpu_predicted.recorded_here(frames)
     if keep:
-        gpu_predicted.record(frames)
-    return gpu_predicted.page(gpu_predicted.Recorded(machine=machine(), frames=frames))
+        gpu_predicted.record(recorded)
+    return gpu_predicted.page(recorded)

@@ -390,8 +390,8 @@ def batch(
         bool,
         typer.Option(
             "--gpu",
-            help="Refocus frames on an NVIDIA GPU where there is one (extra gpu, and CuPy or "
-            "PyTorch); with --interpolation, --sharpen or --no-upsample.",
+            help="Refocus frames on an NVIDIA GPU where there is one (extra gpu); with "
+            "--interpolation, --sharpen or --no-upsample.",
         ),
     ] = False,
 ) -> None:

@@ -23,9 +23,8 @@ from array_api_compat import (
 
 from plenofir.ground import compiling
 from plenofir.ground.errors import InputError
-from plenofir.ground.extras import missing
 from plenofir.refocus.border import arrived
-from plenofir.refocus.gpu.frames import reason, to_host
+from plenofir.refocus.gpu.frames import reason
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import DepthIndex, LazySlices, Search, depth_index
 from plenofir.refocus.slices import Slice
@@ -203,10 +202,8 @@ def _on_gpu(xp: Any, raw: Any, work: Callable[[_Gpu], Any]) -> Any | None:
         with gpu.active:
             return work(gpu)
     except Exception as failure:
-        lacks = isinstance(failure, ModuleNotFoundError) and failure.name
-        error = missing(lacks) if lacks else failure
         compiling.hindered(
-            "gpu", f"the library's own operations refocus, which takes longer ({reason(error)})"
+            "gpu", f"the library's own operations refocus, which takes longer ({reason(failure)})"
         )
         return None
 
@@ -231,6 +228,12 @@ def _refocused(
     return picture if run_tiles(slices, at, gpu.stream(), gpu.number) else None
 
 
+def _to_host(array: Any) -> Image:
+    """An array of any library in the host's memory."""
+    copied = getattr(array, "get", None) or getattr(array, "cpu", None)
+    return np.asarray(copied() if copied else array)
+
+
 def device_depth(raw: Any, slices: Sequence[Slice], search: Search) -> DepthIndex:
     """The sharpest slice of each lens and the picture in focus, arguments checked by the caller.
 
@@ -242,7 +245,7 @@ def device_depth(raw: Any, slices: Sequence[Slice], search: Search) -> DepthInde
         return cast("DepthIndex", result)
 
     def picture_of(slice_: Slice) -> Image:
-        return to_host(device_stack(raw, [slice_], slice_.result_shape))
+        return _to_host(device_stack(raw, [slice_], slice_.result_shape))
 
     m = slices[0].micro_image_size
     by_cpu = depth_index(LazySlices(slices, picture_of), m, **search._asdict())

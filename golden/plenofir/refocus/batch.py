@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many frames through Dask: resumable, in any order; a failed frame is reported, the others go on.
 
-Each worker process has one thread and refocuses one frame at a time. Only paths are sent to it,
-never pixels, so workers on other machines need the same file system. Workers write into a hidden
-folder of their run; the run itself moves results to their places and adds them to the record. So
-nothing left from an earlier run, not even a worker, can change a result.
+Each worker process has one thread and refocuses one frame at a time, or some that overlap on a GPU
+(`plenofir.refocus.batch_frames`). Only paths are sent to it, never pixels, so workers on other
+machines need the same file system. Workers write into a hidden folder of their run; the run itself
+moves results to their places and adds them to the record. So nothing left from an earlier run, not
+even a worker, can change a result.
 """
 
 import glob
@@ -22,21 +23,18 @@ from itertools import islice
 from multiprocessing import resource_tracker
 from pathlib import Path
 from tempfile import gettempdir
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 from uuid import uuid4
 
 from plenofir.ground import compiling
 from plenofir.ground.errors import InputError, ToolError
-from plenofir.ground.files import as_text, cannot_write, write_flushed
-from plenofir.ground.images import encode_png, read_picture
+from plenofir.ground.files import as_text, cannot_write
 from plenofir.ground.shell import quoted
 from plenofir.refocus import (
     Aperture,
     Image,
     Sharpen,
     best_picture,
-    check_raw,
-    first_calls,
     focus_to_shift,
     interpolation_order,
     processors,
@@ -44,7 +42,8 @@ from plenofir.refocus import (
     setting_names,
     sharpening_units,
 )
-from plenofir.refocus.batch_record import Content, Entry, Record
+from plenofir.refocus.batch_frames import Made, refocus_frames
+from plenofir.refocus.batch_record import Entry, Record
 from plenofir.refocus.checks import whole_number
 from plenofir.refocus.operator import box_size, least_box
 from plenofir.refocus.pictures import WEIGHT
@@ -55,7 +54,9 @@ State = Literal["done", "kept", "failed"]
 WORKERS_PER_PROCESSOR = 4
 """More wait for each other, or for memory."""
 _AHEAD = 1000
-"""Frames that the scheduler holds at once, however many there are."""
+"""Tasks that the scheduler holds at once, however many there are."""
+_MOST_TOGETHER = 8
+"""Frames that a worker with a GPU gets at once."""
 _ADVICE = "name image files, or a pattern of them"
 _STAGING = ".plenofir-batch-"
 
@@ -105,16 +106,18 @@ class Settings:
             return best_picture(
                 raw, m, a, aperture=self.aperture, tilt=self.tilt, box=self.box, threads=1
             )
-        return refocus(
-            raw,
-            m,
-            a,
-            interpolation=self.order,
-            sharpen=self.sharpen,
-            upsample=self.upsample,
-            box=self.box,
-            threads=1,
-        )
+        return refocus(raw, threads=1, **self.operator(a))
+
+    def operator(self, a: Fraction) -> dict[str, Any]:
+        """What `plenofir.refocus.refocus` takes for a focus setting."""
+        return {
+            "M": self.micro_image_size,
+            "a": a,
+            "interpolation": self.order,
+            "sharpen": self.sharpen,
+            "upsample": self.upsample,
+            "box": self.box,
+        }
 
     def weights(self) -> list[int]:
         """Sharpening of each focus setting, see `plenofir.refocus.sharpening`."""
@@ -205,50 +208,6 @@ def _check_lengths(sources: Sequence[Path], names: Sequence[tuple[str, ...]], fo
                 "the names of its results would be too long; give it a shorter name",
                 where=str(source),
             )
-
-
-class Made(NamedTuple):
-    """What a worker made of a frame."""
-
-    results: tuple[tuple[Path, Content], ...] = ()  # in the order of the focus settings
-    failure: str = ""  # what is wrong with the frame
-    stop: OSError | None = None  # a failure to write that would stop every frame
-    notes: tuple[str, ...] = ()  # why no GPU made the pictures
-
-
-def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
-    """Refocus a frame and write its results into a folder, under names of their own."""
-    # Many frames follow, and workers end when the last one is written.
-    first_calls.patient = True
-    results: list[tuple[Path, Content]] = []
-    notes: list[str] = []
-    try:
-        picture = read_picture(source)
-        check_raw(picture.pixels, settings.micro_image_size, where=str(source))
-        for image in _pictures(picture.pixels, settings, notes):
-            content = encode_png(picture.like(image))
-            path = folder / uuid4().hex
-            try:
-                write_flushed(path, content)
-            except OSError as error:
-                return Made(tuple(results), stop=error)
-            digest = sha256(content).hexdigest()
-            results.append((path, Content(size=len(content), sha256=digest)))
-    except InputError as error:
-        return Made(failure=str(error))
-    except MemoryError:
-        return Made(failure=f"{source}: too large for the memory; use smaller frames")
-    return Made(tuple(results), notes=tuple(notes))
-
-
-def _pictures(raw: Image, settings: Settings, notes: list[str]) -> Iterator[Image]:
-    """The pictures of a frame; `notes` get why no GPU made them."""
-    if not settings.gpu:
-        yield from (settings.refocused(raw, a) for a in settings.a)
-        return
-    from plenofir.refocus.gpu.frames import gpu_pictures
-
-    yield from gpu_pictures(raw, settings.a, settings.refocused, notes)
 
 
 def worker_count(scheduler: str, workers: int | None) -> int:
@@ -382,31 +341,38 @@ def _mark(source: Path, settings: Settings) -> str:
 
 
 def _made(
-    sources: Sequence[Path], settings: Settings, folder: Path, client: Any
+    sources: Sequence[Path], settings: Settings, folder: Path, client: Any, together: int
 ) -> Iterator[tuple[int, Made]]:
-    """Frames in the order in which workers finish them."""
+    """Frames in the order in which workers finish them; a worker gets so many at once."""
     from distributed import as_completed
 
-    waiting = iter(enumerate(sources))
+    waiting = iter(range(len(sources)))
     running = as_completed()
-    numbers: dict[str, int] = {}
+    numbers: dict[str, Sequence[int]] = {}
 
-    def submit(count: int) -> None:
-        for number, source in islice(waiting, count):
-            future = client.submit(refocus_frame, source.absolute(), settings, folder, pure=False)
-            numbers[future.key] = number
+    def submit(group: Sequence[int]) -> None:
+        if group:
+            paths = [sources[number].absolute() for number in group]
+            future = client.submit(refocus_frames, paths, settings, folder, pure=False)
+            numbers[future.key] = group
             running.add(future)
 
-    submit(_AHEAD)
+    for _ in range(_AHEAD):
+        submit([*islice(waiting, together)])
     for future in running:
-        number = numbers.pop(future.key)
+        group = numbers.pop(future.key)
         try:
             # A worker may die with a result that nobody fetched; Dask makes it anew meanwhile.
             made = future.result()
         except Exception as error:
-            made = Made(failure=f"{sources[number]}: {failure(error)}")
-        yield number, made
-        submit(1)
+            if len(group) > 1:
+                # Without the one that fails the others succeed.
+                for number in group:
+                    submit([number])
+                continue
+            made = [Made(failure=f"{sources[group[0]]}: {failure(error)}")]
+        yield from zip(group, made, strict=True)
+        submit([*islice(waiting, together)])
 
 
 def run_batch(
@@ -463,7 +429,10 @@ def run_batch(
         waiting = [number for number in range(len(sources)) if number not in frames]
         if waiting:
             with dask_client(scheduler, count) as client:
-                frames_made = _made([sources[n] for n in waiting], settings, folder, client)
+                # A GPU works on frames while others are read and written.
+                together = max(1, min(_MOST_TOGETHER, len(waiting) // count)) if settings.gpu else 1
+                left = [sources[number] for number in waiting]
+                frames_made = _made(left, settings, folder, client, together)
                 for place, made in frames_made:
                     number = waiting[place]
                     for text in made.notes:

@@ -28,7 +28,7 @@ from plenofir.refocus.batch import (
     Made,
     Settings,
     find_frames,
-    refocus_frame,
+    refocus_frames,
     result_names,
     run_batch,
 )
@@ -54,9 +54,9 @@ def frames(tmp_path):
 def here(monkeypatch):
     """Workers in this process, for tests of what is done with their results."""
 
-    def made(sources, settings, folder, client):
+    def made(sources, settings, folder, client, together):
         for number, source in enumerate(sources):
-            yield number, batch.refocus_frame(source.absolute(), settings, folder)
+            yield number, *batch.refocus_frames([source.absolute()], settings, folder)
 
     monkeypatch.setattr(batch, "dask_client", lambda *_: nullcontext())
     monkeypatch.setattr(batch, "_made", made)
@@ -215,13 +215,13 @@ def test_a_full_disk_stops_the_run(frames, here, monkeypatch):
     run_batch(sources[:1], SETTINGS, out)
     tried = []
 
-    def full(source, settings, folder):
-        tried.append(source)
-        made = refocus_frame(source, settings, folder)
-        return Made(made.results[:1], stop=OSError(errno.ENOSPC, "No space left on device"))
+    def full(sources, settings, folder):
+        tried.append(sources)
+        (made,) = refocus_frames(sources, settings, folder)
+        return [Made(made.results[:1], stop=OSError(errno.ENOSPC, "No space left on device"))]
 
     with monkeypatch.context() as patch:
-        patch.setattr(batch, "refocus_frame", full)
+        patch.setattr(batch, "refocus_frames", full)
         with pytest.raises(InputError, match=r"frame_2_1_a1_5.png: cannot be written \(No space"):
             run_batch(sources, SETTINGS, out)
     assert len(tried) == 1

@@ -73,6 +73,7 @@ def test_what_cannot_run_is_named_in_a_line(tmp_path, capsys, monkeypatch):
     ).read_text()
     assert "\nNot run on a GPU: A has no GPU; B is missing.\n" in text
     assert isinstance(cpu_meter(), Meter) or "\nNot measured: the processor's energy" in text
+    assert "\nFrom the host's memory and back" in text
     assert "\nNothing: the package cuda is missing; pip install 'plenofir[gpu]'.\n" in text
     assert capsys.readouterr().out == "Not run on a GPU: A has no GPU; B is missing.\n"
     # Here, whatever is installed: a device or a reason for each library.
@@ -138,5 +139,5 @@ def test_predictions_count_what_the_compiler_makes():
     assert stack.moved_bytes == 2 * 242**2
     assert depth[0].instructions < depth[1].instructions > stack.instructions
     assert depth[1].seconds == pytest.approx(depth[1].instructions / gpu_predicted.TRIAL)
-    lines = gpu_predicted.page(gpu_predicted.Recorded(machine="here", frames=[stack, *depth]))
+    lines = gpu_predicted.page(gpu_predicted.recorded_here([stack, *depth]))
     assert any(line.startswith("| 1 slices, grey, 8 bit | ") for line in lines)

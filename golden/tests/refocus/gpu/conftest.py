@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from kernels_on_cpu import cuda_core
+from streams_on_cpu import with_streams
 
 from plenofir.ground import compiling
 from plenofir.refocus import arrays
@@ -19,9 +20,9 @@ from plenofir.refocus.gpu import program
 def gpu_on_cpu(monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNamespace]:
     """Arrays of array-api-strict, as if they lay on a GPU, whose kernels the processor runs.
 
-    What the user is told, and kernels that were launched.
+    What the user is told, kernels that were launched, and what streams of their own were given.
     """
-    record = SimpleNamespace(told=[], launched=[])
+    record = SimpleNamespace(told=[], launched=[], queued=[])
     monkeypatch.setattr(compiling, "tell", record.told.append)
     monkeypatch.setattr(compiling, "_announced", set())
     there = arrays._Gpu(0, nullcontext(), lambda: 0)
@@ -36,6 +37,7 @@ def gpu_on_cpu(monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNamespace]:
         launch(stream, config, kernel, *arguments)
 
     core.launch = launch_noted
+    with_streams(core, record.queued)
     monkeypatch.setitem(sys.modules, "cuda", SimpleNamespace(core=core))
     monkeypatch.setitem(sys.modules, "cuda.core", core)
     monkeypatch.setattr(program, "_compiled", lambda text, architecture: text.encode())

@@ -8,6 +8,7 @@ import ctypes
 import re
 import subprocess
 from collections.abc import Callable, Sequence
+from functools import cache
 from mmap import PAGESIZE, mmap
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -112,11 +113,17 @@ class _Device:
         pass
 
 
+@cache
+def _kernels_of(text: str) -> dict[str, Run]:
+    (kernels,) = compiled_kernels([text])
+    return kernels
+
+
 class _Code:
     """What the compiler gives, loaded."""
 
     def __init__(self, code: bytes) -> None:
-        (self._kernels,) = compiled_kernels([code.decode()])
+        self._kernels = _kernels_of(code.decode())
 
     from_cubin = classmethod(lambda cls, code: cls(code))
 
