@@ -114,7 +114,6 @@ def test_index_and_picture() -> None:
         },
         {"micro_image_size": 3, "slices": 2, "max_columns": 22, "picture": False},
     ]
-    cases = [*drawn(cases, 2), *drawn([*several, *alone], 1), random_options(0)]
     # Each slice with a smaller box beside it, without votes and with them.
     small: list[dict] = [
         {"micro_image_size": 3, "slices": 3, "max_columns": 22, "confidence": 900, "radius": 0},
@@ -137,7 +136,8 @@ def test_index_and_picture() -> None:
             "vote_radius": 1,
         },
     ]
-    several += ({**options, "sharp_too": True} for options in small)
+    small = [{**options, "sharp_too": True} for options in small]
+    cases = [*drawn(cases, 1), *drawn([*several, *alone], 1), *drawn(small, 1), random_options(0)]
     votes = {"vote_radius": 1, "confidence": 600, "radius": 0}
     resets = {"micro_image_size": 2, "slices": 3, "max_columns": 28, **votes}
     run_cases([*map(index_case, cases), index_case(resets, resets=12)], long=True)
