@@ -41,23 +41,13 @@ class Layers(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class FocusedCapture:
-    """Capture of a focused camera with what its pictures are made of.
+    """Capture of a focused camera with what its pictures are made of."""
 
-    Attributes
-    ----------
-    picture
-        The capture as its file has it, after demosaicing; pictures have its meaning.
-    calibration
-        Where its micro images are.
-    pixels
-        Without the dark level, times the white balance, shape (rows, columns, channels).
-    light
-        Share of the light that each pixel gets, 0 for those that do not count, (rows, columns).
-    """
-
-    picture: Picture
-    calibration: Calibration
+    picture: Picture  # the capture as its file has it, after demosaicing; pictures have its meaning
+    calibration: Calibration  # where its micro images are
+    # Without the dark level, times the white balance, shape (rows, columns, channels).
     pixels: Floats32
+    # Share of the light that each pixel gets, 0 for those that do not count, (rows, columns).
     light: Floats32
 
     @property

@@ -37,21 +37,11 @@ _SURE = 2.0, 6.0
 
 @dataclass(frozen=True, eq=False)
 class FocusedDepth:
-    """Virtual depth of a capture.
+    """Virtual depth of a capture."""
 
-    Attributes
-    ----------
-    inverse
-        1 / v at each place, shape (rows, columns).
-    confidence
-        From 0 to 1, same shape.
-    step
-        Pixels of the capture from one place to the next.
-    """
-
-    inverse: Floats
-    confidence: Floats
-    step: float
+    inverse: Floats  # 1 / v at each place, shape (rows, columns)
+    confidence: Floats  # from 0 to 1, same shape
+    step: float  # pixels of the capture from one place to the next
 
     def at(self, shape: tuple[int, int], step: float, *, confidence: bool = False) -> Floats:
         """1 / v, or how sure it is, at the places of a picture with another step.

@@ -30,30 +30,15 @@ _OFF = 0.05
 
 @dataclass(frozen=True)
 class VendorGrid:
-    """A maker's grid.
+    """A maker's grid."""
 
-    Attributes
-    ----------
-    offset
-        (y, x) of a lens from the middle of the picture in pixels, y downwards.
-    steps
-        Pixel vectors (y, x) to two neighbours, shape (2, 2).
-    border
-        Rim of a micro image that does not count, in pixels.
-    places
-        (y, x) of a lens of each type from the one at `offset`, in pixels, shape (types, 2).
-    ranges
-        Virtual depths of each type, from - to.
-    where
-        Name of the file.
-    """
-
-    offset: Floats
-    steps: Floats
-    border: float
+    offset: Floats  # (y, x) of a lens from the middle of the picture in pixels, y downwards
+    steps: Floats  # pixel vectors (y, x) to two neighbours, shape (2, 2)
+    border: float  # rim of a micro image that does not count, in pixels
+    # (y, x) of a lens of each type from the one at `offset`, in pixels, shape (types, 2).
     places: Floats
-    ranges: tuple[tuple[float, float], ...]
-    where: str
+    ranges: tuple[tuple[float, float], ...]  # virtual depths of each type, from - to
+    where: str  # name of the file
 
     def calibration(self, image_shape: tuple[int, int]) -> Calibration:
         """Calibration of captures with so many rows and columns.

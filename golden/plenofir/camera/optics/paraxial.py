@@ -18,29 +18,14 @@ from plenofir.ground.errors import InputError
 
 @dataclass(frozen=True)
 class CardinalPoints:
-    """Focal points and principal planes of a lens in air.
+    """Focal points and principal planes of a lens in air."""
 
-    Attributes
-    ----------
-    focal_length_mm
-        f_U, negative for a diverging lens.
-    front_focal_point_mm
-        From the first vertex V_1U to the object-side focal point.
-    back_focal_distance_mm
-        From the last vertex V_2U to the image-side focal point.
-    front_principal_plane_mm
-        From V_1U to H_1U.
-    back_principal_plane_mm
-        From V_2U to H_2U; negative inside the lens.
-    principal_plane_separation_mm
-        From H_1U to H_2U (thesis Eq. 5.15); negative when they are crossed.
-    """
-
-    focal_length_mm: float
-    front_focal_point_mm: float
-    back_focal_distance_mm: float
-    front_principal_plane_mm: float
-    back_principal_plane_mm: float
+    focal_length_mm: float  # f_U, negative for a diverging lens
+    front_focal_point_mm: float  # from the first vertex V_1U to the object-side focal point
+    back_focal_distance_mm: float  # from the last vertex V_2U to the image-side focal point
+    front_principal_plane_mm: float  # from V_1U to H_1U
+    back_principal_plane_mm: float  # from V_2U to H_2U; negative inside the lens
+    # From H_1U to H_2U (thesis Eq. 5.15); negative when they are crossed.
     principal_plane_separation_mm: float
 
 

@@ -36,59 +36,32 @@ _REQUIRED = ("radius", "thickness", "material", "semi aperture")
 
 
 class Surface(BaseModel):
-    """One surface and the medium behind it.
-
-    Attributes
-    ----------
-    curvature_per_mm
-        1 / radius in 1/mm, 0 for a plane.
-    thickness_mm
-        Distance to the next surface in mm; of the last surface, to the image plane.
-    glass
-        Medium behind the surface.
-    semi_aperture_mm
-        Half of the clear diameter in mm.
-    stop
-        Whether the surface is the aperture stop.
-    """
+    """One surface and the medium behind it."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    curvature_per_mm: FiniteFloat
+    curvature_per_mm: FiniteFloat  # 1 / radius in 1/mm, 0 for a plane
+    # Distance to the next surface in mm; of the last surface, to the image plane.
     thickness_mm: Annotated[FiniteFloat, Field(ge=0)]
-    glass: Glass
-    semi_aperture_mm: Annotated[FiniteFloat, Field(gt=0)]
-    stop: bool = False
+    glass: Glass  # medium behind the surface
+    semi_aperture_mm: Annotated[FiniteFloat, Field(gt=0)]  # half of the clear diameter in mm
+    stop: bool = False  # whether the surface is the aperture stop
 
 
 @dataclass(frozen=True, eq=False)
 class LensSystem:
-    """A lens at one wavelength, as numbers: what the paraxial and the real ray tracing work on.
-
-    Attributes
-    ----------
-    curvatures
-        Shape (surfaces,), 1/mm.
-    gaps
-        Distances between neighbouring surfaces in mm, shape (surfaces - 1,).
-    indices
-        Refractive indices, shape (surfaces + 1,): before the first surface, between them, behind
-        the last.
-    semi_apertures
-        Shape (surfaces,), mm.
-    stop
-        Number of the surface (from 0) that is the aperture stop, or None.
-    image_distance_mm
-        From the last vertex to the image plane that the prescription states, mm.
-    """
+    """A lens at one wavelength, as numbers: what the paraxial and the real ray tracing work on."""
 
     name: str
     wavelength_nm: float
-    curvatures: FloatArray
-    gaps: FloatArray
+    curvatures: FloatArray  # shape (surfaces,), 1/mm
+    gaps: FloatArray  # distances between neighbouring surfaces in mm, shape (surfaces - 1,)
+    # Refractive indices, shape (surfaces + 1,): before the first surface, between them, behind the
+    # last.
     indices: FloatArray
-    semi_apertures: FloatArray
-    stop: int | None
+    semi_apertures: FloatArray  # shape (surfaces,), mm
+    stop: int | None  # number of the surface (from 0) that is the aperture stop, or None
+    # From the last vertex to the image plane that the prescription states, mm.
     image_distance_mm: float
 
     @property

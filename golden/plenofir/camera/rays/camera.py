@@ -69,28 +69,17 @@ Kind = Literal["standard", "Galilean", "Keplerian"]
 
 
 class MicroLensArray(Part):
-    """Micro lenses before the sensor.
+    """Micro lenses before the sensor."""
 
-    Attributes
-    ----------
-    focal_length_mm
-        f_s; a file may have `f_number` instead, f_s / p_M, or a list: the focal lengths of the
-        types of micro lenses in an array of several. Of these it is the first.
-    other_focal_lengths_mm
-        The rest of that list.
-    pitch_mm
-        p_M, distance between neighbouring micro lenses.
-    sensor_distance_mm
-        b_s from the micro lenses to the sensor. Left out it is f_s: a standard plenoptic camera.
-        Any other makes it a focused plenoptic camera.
-    layout
-        How the micro lenses are arranged, which says from where on micro images cover a picture.
-    """
-
+    # f_s; a file may have `f_number` instead, f_s / p_M, or a list: the focal lengths of the types
+    # of micro lenses in an array of several. Of these it is the first.
     focal_length_mm: Length
-    other_focal_lengths_mm: tuple[Length, ...] = ()
-    pitch_mm: Length
+    other_focal_lengths_mm: tuple[Length, ...] = ()  # the rest of that list
+    pitch_mm: Length  # p_M, distance between neighbouring micro lenses
+    # b_s from the micro lenses to the sensor. Left out it is f_s: a standard plenoptic camera. Any
+    # other makes it a focused plenoptic camera.
     sensor_distance_mm: Length | None = None
+    # How the micro lenses are arranged, which says from where on micro images cover a picture.
     layout: Literal["rectangular", "hexagonal"] = "rectangular"
 
     @property
@@ -165,32 +154,21 @@ def _thin_lens(values: dict[str, Any]) -> float:
 
 
 class MainLens(Part):
-    """Paraxial data of the main lens.
+    """Paraxial data of the main lens."""
 
-    Attributes
-    ----------
-    focal_length_mm
-        f_U.
-    principal_plane_separation_mm
-        H1H2 from the object-side to the image-side principal plane, negative when they are crossed.
-    exit_pupil_mm
-        d_A' from the micro lenses to the exit pupil with the lens focused to infinity: inf if the
-        lens is telecentric on its image side, negative if the pupil lies behind the micro lenses.
-        Left out, the lens is a thin one: its pupil is the lens, f_U from the micro lenses.
-    front_vertex_mm
-        V1H1 from the front vertex to the object-side principal plane, if known. Planes nearer than
-        the front vertex lie inside the lens.
-    aperture_stop_mm
-        d_A from the micro lenses to the aperture stop with the lens focused to infinity, if known.
-    entrance_pupil_diameter_mm
-        Diameter of the entrance pupil, if known. Views beyond it are vignetted.
-    """
-
-    focal_length_mm: Length
+    focal_length_mm: Length  # f_U
+    # H1H2 from the object-side to the image-side principal plane, negative when they are crossed.
     principal_plane_separation_mm: SignedLength = 0.0
+    # d_A' from the micro lenses to the exit pupil with the lens focused to infinity: inf if the
+    # lens is telecentric on its image side, negative if the pupil lies behind the micro lenses.
+    # Left out, the lens is a thin one: its pupil is the lens, f_U from the micro lenses.
     exit_pupil_mm: PupilDistance = Field(default_factory=_thin_lens)
+    # V1H1 from the front vertex to the object-side principal plane, if known. Planes nearer than
+    # the front vertex lie inside the lens.
     front_vertex_mm: SignedLength | None = None
+    # d_A from the micro lenses to the aperture stop with the lens focused to infinity, if known.
     aperture_stop_mm: Length | None = None
+    # Diameter of the entrance pupil, if known. Views beyond it are vignetted.
     entrance_pupil_diameter_mm: Length | None = None
 
 

@@ -14,27 +14,14 @@ from plenofir.ground.errors import InputError
 
 
 class State(StrEnum):
-    """Where the rays of a plane meet.
+    """Where the rays of a plane meet."""
 
-    Attributes
-    ----------
-    REAL
-        In front of the main lens.
-    INFINITY
-        Nowhere: they are parallel.
-    BEYOND_INFINITY
-        They diverge towards the scene.
-    INSIDE_LENS
-        Inside the main lens: nothing can be placed there.
-    BLURRED
-        A border of a depth of field that there is not: the micro lenses of every type blur this
-        plane by more than a pixel and the box.
-    """
-
-    REAL = "real"
-    INFINITY = "infinity"
-    BEYOND_INFINITY = "beyond infinity"
-    INSIDE_LENS = "inside lens"
+    REAL = "real"  # in front of the main lens
+    INFINITY = "infinity"  # nowhere: the rays are parallel
+    BEYOND_INFINITY = "beyond infinity"  # nowhere: the rays diverge towards the scene
+    INSIDE_LENS = "inside lens"  # inside the main lens: nothing can be placed there
+    # A border of a depth of field that there is not: the micro lenses of every type blur this plane
+    # by more than a pixel and the box.
     BLURRED = "no lens type is sharp"
 
 

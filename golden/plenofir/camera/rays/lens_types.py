@@ -83,48 +83,29 @@ class Refocusing(Protocol):
 
 @dataclass(frozen=True)
 class Sharpness:
-    """How sharp planes are under the type of micro lens that is sharpest there.
+    """How sharp planes are under the type of micro lens that is sharpest there."""
 
-    Attributes
-    ----------
-    lens_type
-        Index of that type in `MicroLensArray.focal_lengths_mm`, shape of the focus settings.
-    blur_px
-        Diameter of its blur on the sensor in pixels; inf for a plane in the micro lenses.
-    sharp
-        Whether that is at most a pixel, or the box.
-    """
-
+    # Index of that type in `MicroLensArray.focal_lengths_mm`, shape of the focus settings.
     lens_type: npt.NDArray[np.intp]
+    # Diameter of that type's blur on the sensor in pixels; inf for a plane in the micro lenses.
     blur_px: Values
-    sharp: npt.NDArray[np.bool_]
+    sharp: npt.NDArray[np.bool_]  # whether the blur is at most a pixel, or the box
 
 
 @dataclass(frozen=True)
 class UsableRange:
-    """Planes that a type of micro lens sees sharply: to a pixel or the box of the slices.
+    """Planes that a type of micro lens sees sharply: to a pixel or the box of the slices."""
 
-    Attributes
-    ----------
-    focal_length_mm
-        f_s of the type.
-    focus
-        Virtual depth at which it is sharpest; inf in a standard camera.
-    depths
-        First and last virtual depth: from far objects to near ones. From a positive to a negative
-        one the range goes over infinity.
-    settings
-        Their focus settings a; infinite ones where the rays behind the micro lenses converge
-        nowhere.
-    far_mm, near_mm
-        Their distances from the micro lenses: far is inf where the range reaches infinity, near is
-        nan where all of it lies beyond.
-    """
-
-    focal_length_mm: float
-    focus: float
+    focal_length_mm: float  # f_s of the type
+    focus: float  # virtual depth at which the type is sharpest; inf in a standard camera
+    # First and last virtual depth: from far objects to near ones. From a positive to a negative one
+    # the range goes over infinity.
     depths: tuple[float, float]
+    # Focus settings a of both ends; infinite ones where the rays behind the micro lenses converge
+    # nowhere.
     settings: tuple[float, float]
+    # Distances of both ends from the micro lenses: far is inf where the range reaches infinity,
+    # near is nan where all of it lies beyond.
     far_mm: float
     near_mm: float
 

@@ -27,28 +27,15 @@ _ERRORS, _SHARE = 3.0, 0.025
 
 @dataclass(frozen=True)
 class MeasuredPupil:
-    """A pupil as a white image and as the camera's data have it.
+    """A pupil as a white image and as the camera's data have it."""
 
-    Attributes
-    ----------
-    distance_mm
-        From the micro lenses to the pupil; inf where the micro images are as far apart as the micro
-        lenses, negative where they are nearer to each other: then it lies behind the sensor.
-    error_mm
-        Standard error of that, from the pitch of the micro images alone.
-    predicted_mm
-        The same distance from the camera's data.
-    micro_lens_pitch_mm
-        Pitch of the micro lenses that would make both equal.
-    agrees
-        Whether both agree to three standard errors and 2.5 %.
-    """
-
+    # From the micro lenses to the pupil; inf where the micro images are as far apart as the micro
+    # lenses, negative where they are nearer to each other: then it lies behind the sensor.
     distance_mm: float
-    error_mm: float
-    predicted_mm: float
-    micro_lens_pitch_mm: float
-    agrees: bool
+    error_mm: float  # standard error of that distance, from the pitch of the micro images alone
+    predicted_mm: float  # the same distance from the camera's data
+    micro_lens_pitch_mm: float  # pitch of the micro lenses that would make both distances equal
+    agrees: bool  # whether both distances agree to three standard errors and 2.5 %
 
     @property
     def deviation_percent(self) -> float:

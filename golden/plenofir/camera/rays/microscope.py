@@ -52,26 +52,18 @@ _SMALL_SINE = 1e-2
 
 
 class Objective(Part):
-    """A microscope's objective.
+    """A microscope's objective."""
 
-    Attributes
-    ----------
-    magnification
-        As engraved: with the tube lens that it is made for.
-    numerical_aperture
-        NA = n sin theta of the outermost ray.
-    immersion_index
-        n, refractive index of what the object lies in: 1 for air, 1.33 for water.
-    tube_lens_mm
-        Focal length of the tube lens that is there, if it is not the one that it is made for.
-    made_for_tube_lens_mm
-        Focal length of that one: 200 mm by Leica, Mitutoyo and Nikon, 180 by Olympus, 165 by Zeiss.
-    """
-
+    # As engraved: with the tube lens that it is made for.
     magnification: Annotated[float, Field(gt=0, le=_LARGEST_MAGNIFICATION)]
+    # NA = n sin theta of the outermost ray.
     numerical_aperture: Annotated[float, Field(gt=0, le=_LARGEST_INDEX)]
+    # n, refractive index of what the object lies in: 1 for air, 1.33 for water.
     immersion_index: Annotated[float, Field(ge=1, le=_LARGEST_INDEX)] = 1.0
+    # Focal length of the tube lens that is there, if it is not the one that it is made for.
     tube_lens_mm: Length | None = None
+    # Focal length of the tube lens it is made for: 200 mm by Leica, Mitutoyo and Nikon, 180 by
+    # Olympus, 165 by Zeiss.
     made_for_tube_lens_mm: Length | None = None
 
     @model_validator(mode="after")

@@ -48,25 +48,16 @@ _LARGEST_GAIN = round(1 / DARKEST)
 
 @dataclass(frozen=True)
 class Tables:
-    """What the chip knows of lenses and pixels besides where the grid is.
+    """What the chip knows of lenses and pixels besides where the grid is."""
 
-    Attributes
-    ----------
-    black
-        Level without light, in 2**-guard_bits grey tables.
-    moves
-        (y, x) from the grid in the registers to each lens in 2**-weight_bits pixels, shape (rows,
-        lenses, 2); None for a grid without distortion.
-    lenses
-        Gain of each lens in 2**-gain_bits, shape (rows, lenses); None for no correction of
-        vignetting.
-    profile
-        Gain of each pixel of a micro image in 2**-gain_bits, shape (M, M); None as `lenses`.
-    """
-
-    black: int = 0
+    black: int = 0  # level without light, in 2**-guard_bits grey levels
+    # (y, x) from the grid in the registers to each lens in 2**-weight_bits pixels, shape (rows,
+    # lenses, 2); None for a grid without distortion.
     moves: Integers | None = None
+    # Gain of each lens in 2**-gain_bits, shape (rows, lenses); None for no correction of
+    # vignetting.
     lenses: Integers | None = None
+    # Gain of each pixel of a micro image in 2**-gain_bits, shape (M, M); None as `lenses`.
     profile: Integers | None = None
 
 

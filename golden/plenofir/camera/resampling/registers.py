@@ -45,75 +45,41 @@ LARGEST_SIDE = 8192
 
 
 class Precision(BaseModel):
-    """How exactly the chip computes.
-
-    Attributes
-    ----------
-    fraction_bits
-        Of positions: how exactly the centres lie.
-    weight_bits
-        Of the weights of interpolations.
-    guard_bits
-        Fraction bits that a sample keeps until it is rounded to a pixel.
-    gain_bits
-        Fraction bits of the gains of lenses and of the profile.
-    """
+    """How exactly the chip computes."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    # Fraction bits of positions: how exactly the centres lie.
     fraction_bits: Annotated[int, Field(ge=8, le=17)] = 16
-    weight_bits: Annotated[int, Field(ge=2, le=8)] = 8
+    weight_bits: Annotated[int, Field(ge=2, le=8)] = 8  # weights of interpolations
+    # Fraction bits that a sample keeps until it is rounded to a pixel.
     guard_bits: Annotated[int, Field(ge=1, le=3)] = 3
+    # Fraction bits of the gains of lenses and of the profile.
     gain_bits: Annotated[int, Field(ge=4, le=14)] = 12
 
 
 class GridRegisters(BaseModel):
-    """The registers of the chip's resampler.
-
-    Attributes
-    ----------
-    image_shape
-        Rows and columns of the raw frame.
-    lenses
-        Rows of lenses, and lenses that are sampled in each.
-    layout
-        Of the lenses.
-    precision
-        Of the numbers below.
-    origin
-        (y, x) of the top left pixel of the first lens, in 2**-fraction_bits pixels.
-    right
-        (y, x) from a lens to the next one in its row.
-    down
-        (y, x) from rows of even number to the next, and from rows of odd number.
-    outputs
-        Micro images in a row of the raster: as `lenses` says, but in hexagonal grids.
-    place
-        Hexagonal: place of a row's first micro image, in 2**-fraction_bits lenses, for rows of even
-        and of odd number.
-    step
-        Hexagonal: from a micro image of the raster to the next.
-    line
-        Skewed: (y, x) from a line of a micro image to the next, in 2**-fraction_bits pixels.
-    pixel
-        Skewed: from a pixel of a line to the next, along x.
-    """
+    """The registers of the chip's resampler."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    image_shape: tuple[int, int]
-    lenses: tuple[int, int]
-    layout: ChipLayout
+    image_shape: tuple[int, int]  # rows and columns of the raw frame
+    lenses: tuple[int, int]  # rows of lenses, and lenses that are sampled in each
+    layout: ChipLayout  # arrangement of the lenses
     micro_image_size: int
-    precision: Precision
-    origin: Vector
-    right: Vector
+    precision: Precision  # bits of the numbers below
+    origin: Vector  # (y, x) of the top left pixel of the first lens, in 2**-fraction_bits pixels
+    right: Vector  # (y, x) from a lens to the next one in its row
+    # Steps (y, x) from rows of even number to the next, and from rows of odd number.
     down: tuple[Vector, Vector]
-    outputs: int
+    outputs: int  # micro images in a row of the raster: as `lenses` says, but in hexagonal grids
+    # Hexagonal: place of a row's first micro image, in 2**-fraction_bits lenses, for rows of even
+    # and of odd number.
     place: Vector = (0, 0)
-    step: int = 0
+    step: int = 0  # hexagonal: from a micro image of the raster to the next
+    # Skewed: (y, x) from a line of a micro image to the next, in 2**-fraction_bits pixels.
     line: Vector = (0, 0)
-    pixel: int = 0
+    pixel: int = 0  # skewed: from a pixel of a line to the next, along x
 
     @property
     def raster_shape(self) -> tuple[int, int]:
@@ -191,24 +157,16 @@ def lenses_of(calibration: Calibration) -> Lenses:
 
 
 class Accuracy(BaseModel):
-    """How far the registers are from the calibration, in pixels.
-
-    Attributes
-    ----------
-    distortion_px
-        Largest distance of the calibration's centres from the affine grid next to them; a table of
-        lenses makes up for it (`plenofir.camera.resampling.tables_of`).
-    rounding_px
-        Largest distance of that grid from the one in the registers.
-    turn_px
-        Largest distance of a pixel from where `decode` takes it because steps follow the sensor's
-        axes, at the corners of micro images.
-    """
+    """How far the registers are from the calibration, in pixels."""
 
     model_config = ConfigDict(frozen=True)
 
+    # Largest distance of the calibration's centres from the affine grid next to them; a table of
+    # lenses makes up for it (`plenofir.camera.resampling.tables_of`).
     distortion_px: float
-    rounding_px: float
+    rounding_px: float  # largest distance of that grid from the one in the registers
+    # Largest distance of a pixel from where `decode` takes it because steps follow the sensor's
+    # axes, at the corners of micro images.
     turn_px: float
 
 
