@@ -43,25 +43,11 @@ def write_volume(
 ) -> tuple[int, ...]:
     """Write slices of frames, all or nothing, holding one slice in memory.
 
-    Raises `InputError` for what the format cannot hold, and where slices differ in size or type.
-
-    Parameters
-    ----------
-    path
-        The file; its ending says the format.
-    frames
-        Of each frame its slices, (rows, columns[, 3]), uint8 or uint16.
-    count, slices
-        Numbers of frames, and of slices of each.
-    voxel
-        Sizes, if they are known.
-    about
-        Description (OME-TIFF).
-
-    Returns
-    -------
-    tuple
-        Shape in the order T, Z, C, Y, X.
+    `path`: the file; its ending says the format. `frames`: of each frame its slices, (rows,
+    columns[, 3]), uint8 or uint16. `count`, `slices`: numbers of frames, and of slices of each.
+    `voxel`: sizes, if they are known. `about`: description (OME-TIFF). Result: shape in the order
+    T, Z, C, Y, X. Raises `InputError` for what the format cannot hold, and where slices differ in
+    size or type.
     """
     from tifffile import TiffWriter
 

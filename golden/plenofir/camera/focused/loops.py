@@ -18,45 +18,27 @@ Floats = npt.NDArray[np.float64]
 
 @compiled
 def lay_over(
-    pixels: Floats32,
+    pixels: Floats32,  # raw capture without its dark level, shape (rows, columns, channels)
+    # What share of the light its pixels get, shape (rows, columns); 0 for those that do not count.
     light: Floats32,
+    # For each micro image (y, x) of its centre, the inverse virtual depth at which its lens is
+    # sharpest, and 0, or 1 if all depths are alike to it; shape (n, 4).
     lenses: Floats,
-    reach: float,
-    pitch: float,
-    inverse: Floats32,
-    widest: float,
+    reach: float,  # radius within which pixels of a micro image count
+    pitch: float,  # distance of micro images in pixels
+    inverse: Floats32,  # 1 / v at each place of the picture; nan where there is none
+    widest: float,  # largest |v| in the picture
+    # Pixels of the capture from one place to the next; the first is half a step less half a pixel
+    # from the capture's first.
     step: float,
+    # Results are added to: pixels and light times the lens's weight; if `squares` has places,
+    # squares of the first channel over the light times the weight, and squares of light times
+    # weight.
     sums: Floats32,
     shares: Floats32,
     squares: Floats32,
 ) -> None:
-    """Add up what the micro images show at each place of a picture.
-
-    Parameters
-    ----------
-    pixels
-        Raw capture without its dark level, shape (rows, columns, channels).
-    light
-        What share of the light its pixels get, shape (rows, columns); 0 for those that do not
-        count.
-    lenses
-        For each micro image (y, x) of its centre, the inverse virtual depth at which its lens is
-        sharpest, and 0, or 1 if all depths are alike to it; shape (n, 4).
-    reach
-        Radius within which pixels of a micro image count.
-    pitch
-        Of the micro images in pixels.
-    inverse
-        1 / v at each place of the picture; nan where there is none.
-    widest
-        Largest |v| in it.
-    step
-        Pixels of the capture from one place to the next; the first is half a step less half a
-        pixel from the capture's first.
-    sums, shares, squares
-        Results, added to: pixels and light times the lens's weight; if this has places, squares of
-        the first channel over the light times the weight, and squares of light times weight.
-    """
+    """Add up what the micro images show at each place of a picture."""
     rows, columns = inverse.shape
     height, width, channels = pixels.shape
     first = (step - 1) / 2

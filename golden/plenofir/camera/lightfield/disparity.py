@@ -241,18 +241,9 @@ def depth_map(
 ) -> DepthMap:
     """Depth of what a camera sees, in mm.
 
-    Result: distances from the micro lenses, shape (t, s).
-
-    Parameters
-    ----------
-    raw
-        Raw image of micro images of the model's M.
-    model
-        The camera, focused as it was.
-    search, progress
-        As in `views_disparity`.
-    least_confidence
-        Pixels below this confidence get no distance.
+    `raw`: raw image of micro images of the model's M. `model`: the camera, focused as it was.
+    `search`, `progress`: as in `views_disparity`. `least_confidence`: pixels below this confidence
+    get no distance. Result: distances from the micro lenses, shape (t, s).
     """
     disparity = light_field_disparity(raw, model.micro_image_size, search=search, progress=progress)
     return DepthMap(sure_distances(disparity, model, least_confidence), disparity)

@@ -56,16 +56,8 @@ def at_sensor(
     Between micro lenses that see one thing it is linear. Between those that see two a pixel takes
     that of the lens which is likest to it in the central view, enlarged by cubic splines.
 
-    Parameters
-    ----------
-    view_map
-        Map of the central view, shape (t, s).
-    view
-        The central view, shape (t, s[, 3]).
-    micro_image_size
-        M in pixels.
-    shape
-        Rows and columns of the raw image.
+    `view_map`: map of the central view, shape (t, s). `view`: the central view, shape (t, s[, 3]).
+    `micro_image_size`: M in pixels. `shape`: rows and columns of the raw image.
     """
     m = micro_image_size
     disparity = view_map.pixels_per_view

@@ -27,14 +27,8 @@ _FEWEST, _MEAN, _CERTAIN = 40, 0.25, 3.0
 def larger_hides(images: Image, disparity: Disparity) -> float:
     """Whether surfaces of larger disparity hide others.
 
-    Result: 1 if all meetings say so, -1 if all say the opposite, 0 if too few tell.
-
-    Parameters
-    ----------
-    images
-        Views, shape (v, u, t, s[, 3]).
-    disparity
-        That of the view in the middle.
+    `images`: views, shape (v, u, t, s[, 3]). `disparity`: of the view in the middle. Result: 1
+    if all meetings say so, -1 if all say the opposite, 0 if too few tell.
     """
     middle = images.shape[0] // 2, images.shape[1] // 2
     central = grey(images[middle]).astype(np.float64)

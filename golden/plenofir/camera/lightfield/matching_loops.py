@@ -25,34 +25,23 @@ _BIG = np.float32(1e30)
 
 @_compiled
 def match_costs(
+    # Shape (views, t + 2 pad, s + 2 pad), interpolated by cubic B-splines without a prefilter.
     views: Floats32,
-    gaps: npt.NDArray[np.float64],
+    gaps: npt.NDArray[np.float64],  # (rows, columns) of each view from the central one
     pad: int,
-    rows: npt.NDArray[np.int64],
+    rows: npt.NDArray[np.int64],  # lines to compute; the result has as many
+    # The central view, interpolated as the others at whole pixels, and the inverse of the variance
+    # that its differences to another view have; shape (t, s).
     seen: Floats32,
     inverse: Floats32,
     candidates: npt.NDArray[np.float64],
     most: np.float32,
     unseen: np.float32,
-    costs: Floats32,
+    costs: Floats32,  # result, shape (rows, s, candidates)
 ) -> None:
     """Mean over the views of min(difference^2 x `inverse`, `most`), for each candidate.
 
     The share of the views that a point lies outside of costs `unseen` times that.
-
-    Parameters
-    ----------
-    views
-        Shape (views, t + 2 pad, s + 2 pad), interpolated by cubic B-splines without a prefilter.
-    gaps
-        (rows, columns) of each view from the central one.
-    rows
-        Lines to compute; the result has as many.
-    seen, inverse
-        The central view, interpolated as the others at whole pixels, and the inverse of the
-        variance that its differences to another view have; shape (t, s).
-    costs
-        Result, shape (rows, s, candidates).
     """
     height, width = seen.shape
     line = np.empty(width + 4, np.float32)
@@ -116,8 +105,8 @@ def refined(
     pad: int,
     seen: Floats32,
     inverse: Floats32,
-    slopes: Floats32,
-    values: Floats32,
+    slopes: Floats32,  # the central view's slopes down and right, shape (2, t, s)
+    values: Floats32,  # disparities to begin with, shape (t, s)
     most: np.float32,
 ) -> tuple[Floats32, Floats32, Floats32]:
     """Disparities that fit best near given ones, to first order, and the bend of their cost there.
@@ -126,16 +115,7 @@ def refined(
 
     The slope of the central view stands for that of the others: noise of a view at a pixel and of
     the slope there are independent, so the mean of the result has no bias by how much the
-    interpolation smooths them.
-
-    Parameters
-    ----------
-    views, gaps, pad, seen, inverse, most
-        As in `match_costs`.
-    slopes
-        Of the central view down and right, shape (2, t, s).
-    values
-        Disparities to begin with, shape (t, s).
+    interpolation smooths them. Parameters that `match_costs` has as well are the same.
     """
     height, width = seen.shape
     better, bends, means = values.copy(), np.zeros_like(values), seen.copy()
@@ -185,21 +165,14 @@ def _apart(one: Floats32, other: Floats32) -> np.float32:
 
 @_compiled
 def add_paths(
-    costs: Floats32, guide: Floats32, change: np.float32, jump: np.float32, sums: Floats32
+    costs: Floats32,  # shape (t, s, candidates)
+    guide: Floats32,  # colours, in units of a step that separates two things; (t, s, colours)
+    # Costs of the next candidate, and of any other where the brightness is even.
+    change: np.float32,
+    jump: np.float32,
+    sums: Floats32,  # the result is added to it; shape of `costs`
 ) -> None:
-    """Add the least costs of the paths from eight sides that end in each candidate of each pixel.
-
-    Parameters
-    ----------
-    costs
-        Shape (t, s, candidates).
-    guide
-        Colours, in units of a step that separates two things; (t, s, colours).
-    change, jump
-        Costs of the next candidate, and of any other where the brightness is even.
-    sums
-        Result is added to it; shape of `costs`.
-    """
+    """Add least costs of the paths from eight sides that end in each candidate of each pixel."""
     height, width, count = costs.shape
     for back in range(2):
         step = 1 - 2 * back

@@ -110,20 +110,11 @@ class VirtualCameras(FocusedCamera):
     ) -> Distances:
         """Distance of an object from its disparity (Eqs. 2.5, 3.60, 3.61).
 
-        Result: Z from the entrance pupil (add `entrance_pupil_mm` to count from the micro lenses).
-        Raises `InputError` if the gap is 0.
-
-        Parameters
-        ----------
-        disparity
-            Disparity between views view and view + gap, any shape.
-        gap
-            G, not 0.
-        view
-            i, the first view.
-        unit
-            "pixels": of the two sub-aperture images (micro lenses). "pixels per view": divided by
-            the gap, as Table 5.9 of the thesis counts.
+        `disparity`: disparity between views view and view + gap, any shape. `gap`: G, not 0.
+        `view`: i, the first view. `unit`: "pixels": of the two sub-aperture images (micro lenses).
+        "pixels per view": divided by the gap, as Table 5.9 of the thesis counts. Result: Z from the
+        entrance pupil (add `entrance_pupil_mm` to count from the micro lenses). Raises `InputError`
+        if the gap is 0.
         """
         with np.errstate(divide="ignore", over="ignore"):
             pixels = np.asarray(disparity, dtype=np.float64) * _pixels_in(unit, gap)

@@ -142,19 +142,11 @@ def resample(
 ) -> Image:
     """Resample a raw frame as the chip does.
 
-    Result: raster of micro images, type and channels of `raw`. Raises `InputError` if the frame has
-    another size than the registers', or a micro image more than half outside.
-
-    Parameters
-    ----------
-    raw
-        Raw frame, grey or RGB, uint8 or uint16.
-    registers
-        Where the lenses are.
-    tables
-        Black level, gains and moves; none if None.
-    full_scale
-        Largest value of the frame, where results saturate; its type's largest if None.
+    `raw`: raw frame, grey or RGB, uint8 or uint16. `registers`: where the lenses are. `tables`:
+    black level, gains and moves; none if None. `full_scale`: largest value of the frame, where
+    results saturate; its type's largest if None. Result: raster of micro images, type and channels
+    of `raw`. Raises `InputError` if the frame has another size than the registers', or a micro
+    image more than half outside.
     """
     check_same_size(raw, registers.image_shape, where, "the calibration's white image")
     tables, m, bits = tables or Tables(), registers.micro_image_size, registers.precision
