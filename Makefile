@@ -89,7 +89,7 @@ bitstreams: venv ## Build the bitstreams of ULX3S, Tang Nano 20K and LIFCL-40 in
 	@$(PYTHON) scripts/bitstreams.py $(BOARDS)
 
 bitstream-check: venv simulator # Check everything of the Atlys' bitstream build that can be checked without ISE
-	@$(PLENOFIR) bitstream check
+	@$(PYTHON) scripts/check_bitstream.py
 
 bench: venv simulator ## Measure error and run time of refocuser, ray model, calibration, simulators; RECORD=1 updates the docs
 	@scripts/setup.sh compiler

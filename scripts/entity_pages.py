@@ -5,8 +5,9 @@ import re
 from pathlib import Path
 
 from plenofir.fpga import hdl
-from plenofir.fpga.hdl_text import declarations, instances
+from plenofir.fpga.hdl_text import declarations
 from plenofir.ground import project
+from vhdl_instances import instances
 
 SECTIONS = ("Latency", "Throughput", "Equation")
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from bitstream_check.checks import elaborate, source_of_line
 from plenofir.commands.bitstream import scene_plan
-from plenofir.fpga.bitstream.check import elaborate
 from plenofir.fpga.bitstream.ise import xst_script
-from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line, top_with_generics
+from plenofir.fpga.bitstream.top_level import TOP, project_lines, top_with_generics
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.plan.configure import configure

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands for the bitstreams of boards: bitstream build, bitstream check."""
+"""The command bitstream build, for all boards."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -299,20 +299,3 @@ def _print_nextpnr(report: "NextpnrReport", out: str) -> None:
         print_line("data sheet", f"beyond it: {sentence}")
     print_line("seconds", f"{sum(report.seconds.values()):.0f} of processor time")
     print_line("files", f"{out}/{BOARDS[report.board].bitstream}, report.json, work/")
-
-
-@app.command()
-def check() -> None:
-    """Check what a bitstream build needs, as far as that goes without ISE."""
-    from plenofir.fpga.bitstream.check import run_checks
-
-    def report(name: str, problems: Sequence[str], summary: str) -> None:
-        print_line(name, f"{len(problems)} problems" if problems else f"ok: {summary}")
-        for problem in problems:
-            typer.echo(f"  {problem}", err=True)
-
-    number = run_checks(report)
-    if number:
-        raise InputError(
-            f"bitstream check found {number} problem{'' if number == 1 else 's'}, listed above"
-        )

@@ -11,8 +11,8 @@ from typing import get_args
 import pytest
 from clock_paths import Netlist
 
+from bitstream_check.ucf import read_constraints
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.ucf import read_constraints
 from plenofir.fpga.constraints import (
     Constraints,
     Crossing,

@@ -92,7 +92,7 @@ def test_devices() -> None:
         # The parts whose bitstreams are built.
         "fpga/bitstream/gowin.py",
         "fpga/bitstream/nexus.py",
-        "fpga/bitstream/spartan6_sites.py",
+        "fpga/bitstream/top_level.py",
         # Examples in a help text and in a readme.
         "commands/bitstream.py",
         "commands/plan.py",

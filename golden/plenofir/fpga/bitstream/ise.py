@@ -28,8 +28,8 @@ from plenofir.fpga.bitstream.ise_reports import (
     read_utilisation,
     treatments,
 )
-from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.bitstream.top_level import (
+    PART,
     TOP,
     Value,
     check_fit,
@@ -46,7 +46,6 @@ from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish, remove_results
 
 TOOLS = ("xst", "ngdbuild", "map", "par", "trce", "bitgen")
-OPTION_FILES = tuple(f"{tool}.opt" for tool in TOOLS)
 USUAL_PLACE = Path("/opt/Xilinx/14.7/ISE_DS")
 SAVED_LIBRARY_PATH = "ISE_LD_LIBRARY_PATH"
 """Where the Makefile keeps LD_LIBRARY_PATH, which is ISE's if the caller read its settings."""
@@ -149,16 +148,15 @@ class BuildReport:
 
 def _commands(constraints: Path, options: Mapping[str, list[str]]) -> dict[str, list[str]]:
     """Each tool's command, in its order."""
-    part = device().part
     words = {tool: [word for line in options[tool] for word in line.split()] for tool in TOOLS}
     return {
         "xst": ["xst", "-intstyle", "xflow", "-ifn", f"{TOP}.xst", "-ofn", f"{TOP}.syr"],
         "ngdbuild": [
-            *("ngdbuild", *words["ngdbuild"], "-p", part, "-uc", str(constraints)),
+            *("ngdbuild", *words["ngdbuild"], "-p", PART, "-uc", str(constraints)),
             *(f"{TOP}.ngc", f"{TOP}.ngd"),
         ],
         "map": [
-            *("map", *words["map"], "-p", part, "-o", f"{TOP}_map.ncd"),
+            *("map", *words["map"], "-p", PART, "-o", f"{TOP}_map.ncd"),
             *(f"{TOP}.ngd", f"{TOP}.pcf"),
         ],
         "par": ["par", *words["par"], f"{TOP}_map.ncd", f"{TOP}.ncd", f"{TOP}.pcf"],
@@ -190,7 +188,7 @@ def xst_script(top: str = TOP, part: str = "") -> str:
     """
     lines = [
         *('set -tmpdir "xst"', 'set -xsthdpdir "xst"', "run", f"-ifn {top}.prj", f"-ofn {top}"),
-        *("-ofmt NGC", f"-p {part or device().part}", f"-top {top}", *xst_options()),
+        *("-ofmt NGC", f"-p {part or PART}", f"-top {top}", *xst_options()),
     ]
     return "\n".join([*lines, ""])
 
@@ -243,7 +241,7 @@ def build(
 
     map_report = work / f"{TOP}_map.mrp"
     report = BuildReport(
-        part=device().part,
+        part=PART,
         generics=generics,
         utilisation=read_utilisation(map_report.read_text(errors="replace"))
         if map_report.is_file()

@@ -10,9 +10,9 @@ from typing import cast
 from pydantic import ValidationError
 
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import declarations
 from plenofir.fpga.names import SliceEngineName
 from plenofir.ground import project
@@ -20,6 +20,8 @@ from plenofir.ground.errors import InputError
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 
 TOP = "atlys_top"
+PART = "xc6slx45-csg324-3"
+"""The Atlys' device, as ISE's tools name it."""
 
 Value = int | bool | str
 
@@ -34,16 +36,6 @@ def top_source(top: str = TOP) -> Path:
 def project_lines(sources: Sequence[Path] | None = None) -> list[str]:
     """Lines of ISE's project file in the order of analysis; None: the board's own sources."""
     return [f'vhdl work "{path}"' for path in sources or hdl.board_sources()]
-
-
-def source_of_line(line: str) -> Path:
-    """File that a line of a project file names; it must be VHDL for the library work."""
-    match = re.fullmatch(r'vhdl work "([^"]+)"', line)
-    if match is None:
-        raise InputError(
-            f'{line!r} is not understood; write vhdl work "path"', where="project file"
-        )
-    return Path(match[1])
 
 
 def default_generics(top: str = TOP) -> dict[str, Value]:
@@ -197,7 +189,7 @@ def block_rams(core: CoreConfiguration) -> int:
 def check_fit(core: CoreConfiguration) -> None:
     """Refuse what the device has no block RAM for."""
     core.check_limits()
-    needed, there = block_rams(core), device().sites["RAMB16BWER"]
+    needed, there = block_rams(core), DEVICES["xc6slx45"].total.block_rams
     if needed > there:
         raise InputError(
             f"{core.taps - 1} lines of partial sums of {core.max_columns} columns need "

@@ -14,17 +14,17 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from bitstream_check.checks import source_of_line
 from plenofir.commands import app as cli
 from plenofir.commands.app import app
 from plenofir.fpga.bitstream import ise, ise_reports, top_level
-from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.hdmi.edid import make_edid
 from plenofir.fpga.hdmi.modes import HD720
 from plenofir.ground import project
 from plenofir.ground.errors import EXIT_BAD_INPUT, InputError
 from plenofir.plan import load_scene, make_plan
 
-TOP = top_level.TOP
+TOP, PART = top_level.TOP, top_level.PART
 
 # Each fake tool records its command, and writes the files of the true one.
 XST_LOG = """\
@@ -215,7 +215,7 @@ def test_commands(tools: Path, tmp_path: Path) -> None:
     assert by_tool["xst"][-4:] == ["-ifn", f"{TOP}.xst", "-ofn", f"{TOP}.syr"]
     constraints = str(project.root() / "constraints" / "atlys.ucf")
     for tool in ("ngdbuild", "map"):
-        assert by_tool[tool][by_tool[tool].index("-p") + 1] == device().part
+        assert by_tool[tool][by_tool[tool].index("-p") + 1] == PART
     assert by_tool["ngdbuild"][-4:] == ["-uc", constraints, f"{TOP}.ngc", f"{TOP}.ngd"]
     assert by_tool["map"][-4:] == ["-o", f"{TOP}_map.ncd", f"{TOP}.ngd", f"{TOP}.pcf"]
     assert by_tool["par"][-3:] == [f"{TOP}_map.ncd", f"{TOP}.ncd", f"{TOP}.pcf"]
@@ -234,7 +234,7 @@ def test_commands(tools: Path, tmp_path: Path) -> None:
         f"-ifn {TOP}.prj",
         f"-ofn {TOP}",
         "-ofmt NGC",
-        f"-p {device().part}",
+        f"-p {PART}",
         f"-top {TOP}",
     ]
     assert "-bus_delimiter <>" in script[begin:]
@@ -245,7 +245,7 @@ def test_generics_reach_the_project(tools: Path, tmp_path: Path) -> None:
     run(out, MICRO_IMAGE_SIZE=3, SHIFTS="-2 0 2", EXACT=True, MAX_COLUMNS=640)
     lines = (out / "work" / f"{TOP}.prj").read_text().splitlines()
     top = out / "work" / f"{TOP}.vhd"
-    assert top_level.source_of_line(lines[-1]) == top
+    assert source_of_line(lines[-1]) == top
     assert lines[:-1] == top_level.project_lines()[:-1]
     generics = {
         line.split(":")[0].strip(): line.split(":=")[1].strip().rstrip(";")

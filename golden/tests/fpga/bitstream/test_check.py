@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from bitstream_check import checks as check
+from bitstream_check.clock_nets import read_netlist
+from bitstream_check.clock_routing import GlobalBuffer, can_place, check_clock_routing
+from bitstream_check.sites import device, pins
+from bitstream_check.ucf import read_constraints
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream import check, ise, top_level
-from plenofir.fpga.bitstream.clock_nets import read_netlist
-from plenofir.fpga.bitstream.clock_routing import GlobalBuffer, can_place, check_clock_routing
-from plenofir.fpga.bitstream.spartan6_sites import device, pins
-from plenofir.fpga.bitstream.ucf import read_constraints
+from plenofir.fpga.bitstream import top_level
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
 
@@ -405,7 +406,7 @@ def test_sites() -> None:
 def test_project() -> None:
     lines = top_level.project_lines()
     assert check.check_project(lines) == []
-    first, last = top_level.source_of_line(lines[0]), top_level.source_of_line(lines[-1])
+    first, last = check.source_of_line(lines[0]), check.source_of_line(lines[-1])
     assert last == top_level.top_source()
     assert check.check_project(lines[1:]) == [f"{first} is missing"]
     assert check.check_project([*lines, lines[0]]) == [f"{first} is listed twice"]
@@ -423,7 +424,7 @@ def test_project() -> None:
 def test_options(tmp_path: Path) -> None:
     folder = project.root() / "scripts" / "ise"
     assert check.check_options(folder) == []
-    for name in ise.OPTION_FILES:
+    for name in check.OPTION_FILES:
         (tmp_path / name).write_text((folder / name).read_text())
     (tmp_path / "par.opt").unlink()
     with (tmp_path / "map.opt").open("a") as file:

@@ -14,8 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
 
-from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.clock_nets import (
+from bitstream_check.clock_nets import (
     Net,
     Netlist,
     Place,
@@ -23,16 +22,18 @@ from plenofir.fpga.bitstream.clock_nets import (
     read_netlist,
     top_ports,
 )
-from plenofir.fpga.bitstream.clock_routing import check_clock_routing, global_buffers
-from plenofir.fpga.bitstream.ise import OPTION_FILES, constraints_file, option_folder, read_options
-from plenofir.fpga.bitstream.spartan6_sites import Pin, device, pins
-from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line
-from plenofir.fpga.bitstream.ucf import Constraints, read_constraints
-from plenofir.fpga.hdl_text import instances
+from bitstream_check.clock_routing import check_clock_routing, global_buffers
+from bitstream_check.sites import Pin, device, pins
+from bitstream_check.ucf import Constraints, read_constraints
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.ise import TOOLS, constraints_file, option_folder, read_options
+from plenofir.fpga.bitstream.top_level import TOP, project_lines
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
+from vhdl_instances import instances
 
+OPTION_FILES = tuple(f"{tool}.opt" for tool in TOOLS)
 # Modules that cross from one clock to another: ports of the source clock (None: any clock, or none)
 # and of the destination clock.
 CROSSINGS: dict[str, tuple[tuple[str | None, str], ...]] = {
@@ -296,6 +297,16 @@ def _banks_of(place: Place, constraints: Constraints) -> list[tuple[str, int]]:
         and attributes.get("LOC") in pins()
         and pins()[str(attributes["LOC"])].is_io
     ]
+
+
+def source_of_line(line: str) -> Path:
+    """File that a line of a project file names; it must be VHDL for the library work."""
+    match = re.fullmatch(r'vhdl work "([^"]+)"', line)
+    if match is None:
+        raise InputError(
+            f'{line!r} is not understood; write vhdl work "path"', where="project file"
+        )
+    return Path(match[1])
 
 
 def check_project(lines: Sequence[str]) -> list[str]:

@@ -6,11 +6,13 @@ one. That is enough for clocks, which pass through ports, renamings and primitiv
 in a generate statement count once.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from plenofir.fpga.bitstream.spartan6_sites import device
-from plenofir.fpga.hdl_text import Instance, clocks, declarations, instances, renamings
+from bitstream_check.sites import device
+from plenofir.fpga.hdl_text import Declaration, declarations
+from vhdl_instances import Instance, clocks, instances, renamings
 
 Net = tuple[str, str]
 """Path of the instance (empty at the top) and local name."""
@@ -106,4 +108,12 @@ def read_netlist(top: str, sources: Mapping[str, str]) -> Netlist:
 
 def top_ports(text: str) -> dict[str, str]:
     """Bits of the ports of the top level (``led<0>``) to their modes."""
-    return {bit: port.mode for port in declarations(text, "port") for bit in port.bits()}
+    return {bit: port.mode for port in declarations(text, "port") for bit in _bits(port)}
+
+
+def _bits(port: Declaration) -> list[str]:
+    """Names of the bits of a port as constraints have them: ``led<0>``, or the name itself."""
+    bounds = re.search(r"\((\d+) downto (\d+)\)", port.type_name)
+    if bounds is None:
+        return [port.name]
+    return [f"{port.name}<{i}>" for i in range(int(bounds[2]), int(bounds[1]) + 1)]

@@ -6,13 +6,12 @@ import re
 import tomllib
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.ground import project
-
-_FOLDER = project.DATA / "devices"
+_FOLDER = Path(__file__).parent
 
 
 @dataclass(frozen=True)
@@ -86,7 +85,7 @@ class ClockLines(BaseModel):
 
 
 class Device(BaseModel):
-    """What ``data/devices/xc6slx45.toml`` holds."""
+    """What ``xc6slx45.toml`` holds."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Check that each clock can be routed from its source to its loads on dedicated resources.
 
-The facts are those of ``data/devices/xc6slx45.toml``. Buffers are placed one after the other, those
+The facts are those of ``xc6slx45.toml``. Buffers are placed one after the other, those
 with the fewest choices first.
 """
 
@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
 
-from plenofir.fpga.bitstream.clock_nets import Net, Netlist, Place
-from plenofir.fpga.bitstream.spartan6_sites import device, pins
-from plenofir.fpga.bitstream.ucf import Constraints
+from bitstream_check.clock_nets import Net, Netlist, Place
+from bitstream_check.sites import device, pins
+from bitstream_check.ucf import Constraints
 
 IMPLIED = "pin"
 """Buffer that XST puts behind a clock pin, as a kind of primitive."""
