@@ -113,18 +113,14 @@ def _calibration_for(plan: "Plan", calib: str) -> "list[Load]":
     """Words of a calibration for a scene's resampler."""
     from plenofir.camera.calibration import load_calibration
     from plenofir.plan.sensor.board_load import BoardResampler, calibration_loads
+    from plenofir.plan.sensor.chip import check_frame
 
     sensor, where = plan.sensor, options.typed("calib")
     if sensor is None or sensor.calibrated:
         problem = "has no sensor" if sensor is None else "has its calibration built in"
         raise InputError(f"the scene {plan.scene} {problem}: there is nothing to load", where=where)
     calibration = load_calibration(calib)
-    if calibration.image_shape != (sensor.rows, sensor.columns):
-        rows, columns = calibration.image_shape
-        raise InputError(
-            f"is for {columns} x {rows} pixels; the sensor has {sensor.columns} x {sensor.rows}",
-            where=calib,
-        )
+    check_frame(calibration, sensor.rows, sensor.columns, where=calib)
     return calibration_loads(BoardResampler(sensor.core, sensor.shown), calibration, where=calib)
 
 

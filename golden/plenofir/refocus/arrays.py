@@ -117,20 +117,10 @@ def _at(xp: Any, x: Any, places: Any, axis: int) -> Any:
 
 def _sums(xp: Any, x: Any, slice_: Slice, axis: int, outputs: range) -> Any:
     """Sums of a dimension for neighbouring outputs, with moving sums for the interpolation."""
-    box, step, length = slice_.box, slice_.step, x.shape[axis]
-    offset, unit = slice_.offset, slice_.unit_offset
-    # Ranges that each of the interpolation's moving sums needs, the last one first.
-    low, high = outputs.start * step, (outputs.stop - 1) * step + 1
-    ranges = [(low, high)]
-    for _ in range(slice_.order):
-        low, high = max(0, low + unit - box + 1), min(length, high + unit)
-        ranges.append((low, high))
-    low, high = ranges.pop()
-    x = _first_sums(xp, x, slice_, axis, range(low + offset, high + offset, step))
-    for first, last in reversed(ranges):
-        # Index 0 of x is output `low`; a' = 1 is the moving sum.
-        x = _moving_sum(xp, x, box, axis, range(first + unit - low, last + unit - low))
-        low = first
+    first, further = slice_.passes(outputs, x.shape[axis])
+    x = _first_sums(xp, x, slice_, axis, first)
+    for indices in further:
+        x = _moving_sum(xp, x, slice_.box, axis, indices)
     return x
 
 

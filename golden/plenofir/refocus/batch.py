@@ -47,6 +47,7 @@ from plenofir.refocus.batch_record import Entry, Record
 from plenofir.refocus.checks import whole_number
 from plenofir.refocus.operator import box_size, least_box
 from plenofir.refocus.pictures import WEIGHT
+from plenofir.refocus.settings import check_pixel_for_each_lens
 
 Progress = Callable[[int, int], None]
 State = Literal["done", "kept", "failed"]
@@ -86,17 +87,11 @@ class Settings:
         if self.best:
             return
         for a, units in zip(self.a, self.weights(), strict=True):
-            box_size(self.micro_image_size, focus_to_shift(a, self.micro_image_size), self.box)
-            if units and not self.upsample:
-                raise InputError(
-                    f"one pixel for each micro lens takes off or auto, not {self.sharpen}",
-                    where="sharpen",
-                )
-            if not self.upsample and (a.denominator != 1 or self.order):
-                raise InputError(
-                    "one pixel for each micro lens needs an integer a and nearest neighbour, not "
-                    f"a = {a} with order {self.order}",
-                    where="upsample",
+            shift = focus_to_shift(a, self.micro_image_size)
+            box_size(self.micro_image_size, shift, self.box)
+            if not self.upsample:
+                check_pixel_for_each_lens(
+                    self.micro_image_size, shift, self.order, units, self.sharpen
                 )
 
     def refocused(self, raw: Image, a: Fraction) -> Image:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.refocus.border import arrived
-from plenofir.refocus.operator import Image, output_offset
+from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpening import Taps
 from plenofir.refocus.slices import Slice
 from plenofir.refocus.threads import in_threads, processors
@@ -82,20 +82,11 @@ def _line_sums(x: Integers, m: int, shift: int, box: int, places: range, word: A
 
 def _sums(x: Integers, slice_: Slice, outputs: range, word: Any) -> Integers:
     """Sums of lines for each output, with moving sums for the interpolation."""
-    m, box, step, length = slice_.micro_image_size, slice_.box, slice_.step, len(x)
-    offset, unit = (output_offset(m, s, slice_.align, box) for s in (slice_.shift, 1))
-    low, high = outputs.start * step, (outputs.stop - 1) * step + 1
-    # Ranges that each of the interpolation's moving sums needs, the last one first.
-    ranges = [(low, high)]
-    for _ in range(slice_.order):
-        low, high = max(0, low + unit - box + 1), min(length, high + unit)
-        ranges.append((low, high))
-    low, high = ranges.pop()
-    x = _line_sums(x, m, slice_.shift, box, range(low + offset, high + offset, step), word)
-    for first, last in reversed(ranges):
+    first, further = slice_.passes(outputs, len(x))
+    x = _line_sums(x, slice_.micro_image_size, slice_.shift, slice_.box, first, word)
+    for indices in further:
         # Further moving sums, those of the interpolation, have the focus setting 1 / M.
-        x = _line_sums(x, m, 1, box, range(first + unit - low, last + unit - low), word)
-        low = first
+        x = _line_sums(x, slice_.micro_image_size, 1, slice_.box, indices, word)
     return x
 
 

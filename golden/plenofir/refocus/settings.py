@@ -84,6 +84,22 @@ def checked(
     return raw, slice_
 
 
+def check_pixel_for_each_lens(
+    micro_image_size: int, shift: int, order: int, units: int, sharpen: Sharpen
+) -> None:
+    """Refuse what `upsample=False` cannot have; `units`: weight of the sharpening in 64ths."""
+    if shift % micro_image_size or order:
+        raise InputError(
+            "one pixel for each micro lens needs an integer a and nearest neighbour, not "
+            f"a = {shift_to_text(shift, micro_image_size)} with order {order}",
+            where="upsample",
+        )
+    if units:
+        raise InputError(
+            f"one pixel for each micro lens takes off or auto, not {sharpen}", where="sharpen"
+        )
+
+
 # Films have the same settings for each frame, and checking them takes longer than a GPU's picture.
 @lru_cache(1024, typed=True)
 def _whole(
@@ -104,18 +120,10 @@ def _whole(
     check_align(align)
     check_border(border)
     order = interpolation_order(interpolation)
-    if not upsample and (shift % M or order):
-        raise InputError(
-            "one pixel for each micro lens needs an integer a and nearest neighbour, not "
-            f"a = {shift_to_text(shift, M)} with order {order}",
-            where="upsample",
-        )
     size = box_size(M, shift, box)
     units = sharpening_units(sharpen, M, shift, order, box=size)
-    if units and not upsample:
-        raise InputError(
-            f"one pixel for each micro lens takes off or auto, not {sharpen}", where="sharpen"
-        )
+    if not upsample:
+        check_pixel_for_each_lens(M, shift, order, units, sharpen)
     step = 1 if upsample else M
     return Slice(
         shape,

@@ -100,6 +100,27 @@ class Slice:
         """Index that output 0 of a moving sum of the interpolation takes, in pixels."""
         return output_offset(self.micro_image_size, 1, self.align, self.box)
 
+    def passes(self, outputs: range, length: int) -> tuple[range, list[range]]:
+        """Indices of S that the operator makes for outputs of a dimension, and each interpolation.
+
+        `length`: samples of the dimension. Each moving sum of the interpolation takes indices of
+        the sums before it, counted from the first that these made.
+        """
+        low, high = outputs.start * self.step, (outputs.stop - 1) * self.step + 1
+        # Ranges that the moving sums need, the last one first.
+        ranges = [(low, high)]
+        for _ in range(self.order):
+            low = max(0, low + self.unit_offset - self.box + 1)
+            high = min(length, high + self.unit_offset)
+            ranges.append((low, high))
+        low, high = ranges.pop()
+        first = range(low + self.offset, high + self.offset, self.step)
+        further = []
+        for begin, end in reversed(ranges):
+            further.append(range(begin + self.unit_offset - low, end + self.unit_offset - low))
+            low = begin
+        return first, further
+
     @property
     def result_shape(self) -> tuple[int, ...]:
         """Shape of the result."""

@@ -140,7 +140,7 @@ def test_configure_writes_the_lines_for_the_serial_port(folder: Path) -> None:
         (
             "{}/small.toml",
             "{}/wide.json",
-            "wide.json: is for 84 x 61 pixels; the sensor has 83 x 61",
+            "wide.json: is a calibration for 84 x 61 pixels; the sensor has 83 x 61",
         ),
         ("grey-microscope", "{}/calib.json", "--calib: the scene grey-microscope has no sensor"),
     ],

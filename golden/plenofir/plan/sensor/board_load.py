@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from plenofir.camera.calibration import Calibration
 from plenofir.camera.resampling import Precision, grid_registers, tables_of
 from plenofir.ground.errors import InputError
-from plenofir.plan.sensor.chip import loads, shown_lines
+from plenofir.plan.sensor.chip import check_frame, loads, shown_lines
 from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
 
 QUESTION = "l ?"
@@ -95,13 +95,7 @@ def calibration_loads(board: BoardResampler, calibration: Calibration, *, where:
     words = loads(core, registers, tables, where=where)
     if shown is None:
         return words
-    if calibration.image_shape != (shown.rows, core.max_columns):
-        rows, columns = calibration.image_shape
-        raise InputError(
-            f"is a calibration for {columns} x {rows} pixels; the sensor has "
-            f"{core.max_columns} x {shown.rows}",
-            where=where,
-        )
+    check_frame(calibration, shown.rows, core.max_columns, where=where)
     lines = shown_lines(registers, tables, mosaic=bool(shown.mosaic), where=where)
     limits = {"lines": (lines, core.lines), "raster": (registers.raster_shape[1], shown.raster)}
     for name, (value, limit) in limits.items():

@@ -77,6 +77,16 @@ def resampling(
     return Resampling(core, registers, tables, accuracy, needs)
 
 
+def check_frame(calibration: Calibration, rows: int, columns: int, *, where: str) -> None:
+    """Refuse a calibration for frames of another size than the sensor's."""
+    if calibration.image_shape != (rows, columns):
+        down, across = calibration.image_shape
+        raise InputError(
+            f"is a calibration for {across} x {down} pixels; the sensor has {columns} x {rows}",
+            where=where,
+        )
+
+
 def check_ring(lines: int, cause: str, *, where: str) -> None:
     """Refuse a ring of more than `MAX_LINES` lines; the message says what it is for."""
     if lines > MAX_LINES:

@@ -18,7 +18,7 @@ from plenofir.fpga.sensors import SensorPattern
 from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.board_load import Shown
 from plenofir.plan.sensor.board_sensor import CAMERA_LATE_LINES, sensor_delay_lines
-from plenofir.plan.sensor.chip import Resampling, check_ring, resampling, shown_lines
+from plenofir.plan.sensor.chip import Resampling, check_frame, check_ring, resampling, shown_lines
 from plenofir.plan.sensor.resampler import ResamplerConfiguration, SensorLogic
 
 LARGEST_ROTATION_DEGREES = 30
@@ -135,13 +135,7 @@ def _calibrated(
     assert sensor.calibration is not None
     where = f"{path}: sensor.calibration"
     calibration = load_calibration(path.parent / sensor.calibration)
-    if calibration.image_shape != (sensor.rows, sensor.columns):
-        rows, columns = calibration.image_shape
-        raise InputError(
-            f"is a calibration for {columns} x {rows} pixels; the sensor has "
-            f"{sensor.columns} x {sensor.rows}",
-            where=where,
-        )
+    check_frame(calibration, sensor.rows, sensor.columns, where=where)
     chip = resampling(
         calibration,
         m,

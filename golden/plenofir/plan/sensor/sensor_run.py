@@ -17,7 +17,7 @@ from plenofir.camera.captures.fit import fitted
 from plenofir.camera.resampling import BayerOrder, interpolate_mosaic, red_place, resample
 from plenofir.fpga.compare import compare_frames
 from plenofir.fpga.simulate.file_bench import BenchResult
-from plenofir.fpga.simulate.report import REPORT, Report, StallReport
+from plenofir.fpga.simulate.report import REPORT, Report, StallReport, agreement
 from plenofir.fpga.simulate.request import Progress, Run
 from plenofir.fpga.simulate.run import run, watched, waves_in
 from plenofir.fpga.simulate.simulations import simulation_of
@@ -303,12 +303,7 @@ def sensor_summary(sensor: Sensor, report: SensorReport) -> list[tuple[str, str]
     """Name and value of each line that is printed of the resampler."""
     rows, columns = sensor.capture.pixels.shape[:2]
     mosaic = "" if report.bayer is None else f", mosaic {report.bayer}"
-    agree = f"all {report.pixels_compared} pixels equal the golden model"
-    if report.mismatches:
-        agree = (
-            f"{report.mismatches} of {report.pixels_compared} pixels differ; "
-            f"first: {report.first_mismatch}"
-        )
+    agree = agreement(report.pixels_compared, report.mismatches, report.first_mismatch)
     return [
         ("capture", f"{sensor.raw.name}, {columns} x {rows}{mosaic}, {report.calib}"),
         ("aligned", f"{report.columns} x {report.rows}: {agree}"),

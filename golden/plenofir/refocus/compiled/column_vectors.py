@@ -4,7 +4,7 @@
 A vector of `LINE_BYTES` holds one sample of several lines.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from plenofir.refocus.compiled.machine_code import loop
 from plenofir.refocus.compiled.vector_code import (
@@ -25,6 +25,18 @@ AHEAD_BYTES = 1024
 _FEW = 8
 
 
+def _in_vectors(count: Value, most: int) -> Iterator[tuple[int, Value]]:
+    """Lanes of each vector, and index of its first sample: the longest vectors, then what is left.
+
+    Each is the body of a compiled loop.
+    """
+    start = count - count
+    for lanes in (most, _FEW, 1):
+        with ((count - start) // lanes).times() as n:
+            yield lanes, start + n * lanes
+        start = start + (count - start) // lanes * lanes
+
+
 @loop
 def sum_lines(
     x: Array,
@@ -40,22 +52,18 @@ def sum_lines(
 ) -> None:
     """sums[target + k] = sums[base + k] + lines that enter - lines that leave, k < count."""
     # Lines enter at x[left + lines[begin .. middle - 1] + k], leave at those of middle .. end - 1.
-    start = count - count
     most = 8 * LINE_BYTES // x.bits
-    for lanes in (most, _FEW, 1):
-        with ((count - start) // lanes).times() as n:
-            k = start + n * lanes
-            total = Variable(sums.load(base + k, lanes))
-            with (middle - begin).times() as i:
-                place = lines.load(begin + i) + left + k
-                if lanes == most:
-                    x.prefetch(place + 8 * AHEAD_BYTES // x.bits)
-                total.set(total.get() + x.load(place, lanes).as_wide_as(sums.bits))
-            with (end - middle).times() as i:
-                place = lines.load(middle + i) + left + k
-                total.set(total.get() - x.load(place, lanes).as_wide_as(sums.bits))
-            sums.store(target + k, total.get())
-        start = start + (count - start) // lanes * lanes
+    for lanes, k in _in_vectors(count, most):
+        total = Variable(sums.load(base + k, lanes))
+        with (middle - begin).times() as i:
+            place = lines.load(begin + i) + left + k
+            if lanes == most:
+                x.prefetch(place + 8 * AHEAD_BYTES // x.bits)
+            total.set(total.get() + x.load(place, lanes).as_wide_as(sums.bits))
+        with (end - middle).times() as i:
+            place = lines.load(middle + i) + left + k
+            total.set(total.get() - x.load(place, lanes).as_wide_as(sums.bits))
+        sums.store(target + k, total.get())
 
 
 @loop
@@ -70,17 +78,13 @@ def next_line(
     count: Value,
 ) -> None:
     """Sums of `sum_lines` for one entering and one leaving line; prefetches those at `ahead`."""
-    start = count - count
     most = 8 * LINE_BYTES // x.bits
-    for lanes in (most, _FEW, 1):
-        with ((count - start) // lanes).times() as n:
-            k = start + n * lanes
-            if lanes == most:
-                x.prefetch(ahead + k)
-            change = x.load(enters + k, lanes).as_wide_as(sums.bits)
-            change = change - x.load(leaves + k, lanes).as_wide_as(sums.bits)
-            sums.store(target + k, sums.load(base + k, lanes) + change)
-        start = start + (count - start) // lanes * lanes
+    for lanes, k in _in_vectors(count, most):
+        if lanes == most:
+            x.prefetch(ahead + k)
+        change = x.load(enters + k, lanes).as_wide_as(sums.bits)
+        change = change - x.load(leaves + k, lanes).as_wide_as(sums.bits)
+        sums.store(target + k, sums.load(base + k, lanes) + change)
 
 
 @loop

@@ -52,7 +52,6 @@ def report(constraint: float = 25.2, achieved: float = 40.0) -> dict[str, Any]:
 def tools(monkeypatch: pytest.MonkeyPatch, open_tools: OpenTools) -> dict[str, Any]:
     """Stand-ins for the tools."""
     monkeypatch.setattr(gowin, "synthesise_board", lambda *_: None)
-    monkeypatch.setattr(gowin, "name_clocks", lambda *_: None)
     return open_tools(report(), "plenofir.fs")
 
 

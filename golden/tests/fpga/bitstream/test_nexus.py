@@ -41,7 +41,6 @@ def report(clk: float = 130.0, byte_clk: float = 120.0) -> dict[str, Any]:
 def tools(monkeypatch: pytest.MonkeyPatch, open_tools: OpenTools) -> dict[str, Any]:
     """Stand-ins for the tools."""
     monkeypatch.setattr(nexus, "synthesise_board", lambda *_: None)
-    monkeypatch.setattr(nexus, "prepare_netlist", lambda *_: None)
     return open_tools(report(), "plenofir.bit")
 
 
