@@ -134,6 +134,7 @@ class Album:
             return self.look(image).pixels
 
         self.add("all_in_focus.png", sharp, "Sharp everywhere", None, *self.facts)
+        # There and back, both ends once: the film runs in a loop.
         around = frames + frames[-2:0:-1]
         self.animation("focus", lambda: around, "Through the focus", settings, *through)
         self.animation(

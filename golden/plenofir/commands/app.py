@@ -167,6 +167,7 @@ def run(arguments: Sequence[str]) -> int:
             options = parameters
         # Not command.main, which ends the program at a broken pipe.
         with inputs_kept(), command.make_context("plenofir", words) as context:
+            # Notes that an earlier command of this process left are not this one's.
             print_notes(drop=True)
             command.invoke(context)
             print_notes()
@@ -226,6 +227,7 @@ def _flush(stream: TextIO | None) -> None:
     try:
         stream.flush()
     except OSError as error:
+        # Python flushes once more at its end: the buffer needs a place that takes it.
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
         error.filename = "standard output"
         raise

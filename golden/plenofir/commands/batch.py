@@ -50,6 +50,7 @@ def _frames_of(film: Path, out: Path) -> list[Path]:
 
     folder = out / f"frames_of_{film.name}"
     status = film.stat()
+    # Films are too large to be read for a checksum.
     mark = f"{status.st_size} {status.st_mtime_ns}"
     try:
         report = json.loads((folder / _UNPACKED).read_bytes())

@@ -110,8 +110,10 @@ class _StepLines:
     def __init__(self, description: str, quiet_seconds: float) -> None:
         self.begin, self.quiet_seconds = time.monotonic(), quiet_seconds
         self.now, self.told, self.told_at = (description, 0, 0), ("", ""), self.begin
+        # The timer tells from a thread of its own.
         self.lock = threading.Lock()
         self.timer = threading.Timer(quiet_seconds, self.tell)
+        # A command that ends sooner does not wait for it.
         self.timer.daemon = True
         if quiet_seconds > 0:
             self.timer.start()

@@ -59,6 +59,7 @@ class Job(NamedTuple):
         if camera is not None and Path(camera).exists():
             camera = content_mark(Path(camera))
         of_field = name, source, white, calib, dark
+        # Each picture's own mark has these: others stay as they are when one of them changes.
         plain = self._replace(slices=0, aperture=None, tilt=(0.0, 0.0), box=None)
         return Marks(
             key_of("calibration", white, dark, hints.bayer),
@@ -97,6 +98,7 @@ def develop_capture(capture: Path, job: Job, folder: Path, show: Show) -> Develo
     title, earlier = as_text(capture.name), Earlier(folder, _REPORT)
     # Before the capture is read: what changes later is made again next time.
     marks = job.marks(capture)
+    # Made elsewhere, so an interrupted run leaves the folder as it was.
     with TemporaryDirectory(prefix="plenofir-") as temporary:
         with Results(Path(temporary)) as results:
             focal = None if job.hints.calib is None else _focal(capture, job)

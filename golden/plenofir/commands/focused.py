@@ -117,11 +117,13 @@ class FocusedOptions:
             return calibration
         assert self.lens_types is not None
         model = _model(camera)
+        # One file for both: without a white image, gaps between micro images give the grid.
         if self.lens_types.exists() and self.lens_types.samefile(where):
             order = order_of_mosaic(white, bayer, where)
             calibration = calibration_of_gaps(grey_of(white.pixels, order, white.full_scale), where)
         else:
             calibration = of_white()
+        # Hexagonal grids have three types, as far as cameras are known; one that is named tells.
         count, sharpest = (1 if calibration.grid.layout == "rectangular" else 3), None
         if model is not None:
             sharpest = DepthScale(model).sharpest()

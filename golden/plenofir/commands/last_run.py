@@ -44,6 +44,7 @@ def _contents(folder: Path) -> Iterator[tuple[str, str]]:
 @cache
 def program_mark() -> str:
     """Version of this program, and whether films can be written."""
+    # Files are compared, not numbers: a checkout changes without a new one.
     return f"{content_mark(Path(plenofir.__file__).parent)} {find_spec('cv2') is not None}"
 
 

@@ -149,6 +149,7 @@ def compose(
     from plenofir.camera.recognise.request import as_asked
 
     source = Path(folder)
+    # No view may be replaced by the raster that is made of it.
     path = check_file(out, (".png",), *(source.iterdir() if source.is_dir() else (source,)))
     with progress_bar("reading") as show:
         light_field = recognised(source, hints)

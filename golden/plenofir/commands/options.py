@@ -76,6 +76,7 @@ def typed(option: str, value: str = "") -> str:
     """An option, or its value, as the user typed or would type it."""
     if _of_make is None:
         return " ".join(filter(None, ("--" + option.replace("_", "-"), value)))
+    # Makefiles have a variable for stacks, whose value is the slices.
     if option == "engine" and value == "stack":
         return "STACK"
     first = next((name for name, of in VARIABLES.items() if of == option), option)

@@ -103,6 +103,7 @@ def print_screen(plan: "Plan") -> None:
 def beside(needed: float, full: float) -> tuple[str, str, str]:
     """An amount, that of the full build, and what leaving out changes."""
     change = f"{round(100 * (needed / full - 1)):+d}%" if full else ""
+    # A change that rounds to nothing has no sign.
     return f"{needed:g}", f"{full:g}", "0%" if change == "+0%" else change
 
 

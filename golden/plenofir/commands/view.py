@@ -184,6 +184,7 @@ def _has_pictures(folder: Path) -> bool:
     if not folder.is_dir() or hci_views(folder):
         return False
     names = picture_files(folder)
+    # Pictures that commands wrote are there to be compared.
     results = ("refocused", "golden", "all_in_focus")
     if (folder / "report.json").exists() or any(p.stem.startswith(results) for p in names):
         return True
@@ -320,6 +321,7 @@ class _Settings:
 
         calibration = load_calibration(self.hints.calib)
         facts = CaptureHints(self.hints.bayer, self.hints.white_balance, self.hints.roi)
+        # Frames are balanced as captures, before they are decoded.
         part = self.hints._replace(white_balance="auto")
         first: list[Prepared] = []
 

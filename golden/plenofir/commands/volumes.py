@@ -128,6 +128,7 @@ class Film:
         from plenofir.camera.recognise.request import as_asked
 
         frames = (one for source in self._sources for one in pictures_of_file(source))
+        # The first frame decides for all: M, the calibration, the size.
         first, where = next(frames)
         hints = self._hints
         if hints.calib is None and hints.white is None:
@@ -183,6 +184,7 @@ class Film:
         for text in first.notes:
             note(f"{where}: {text}")
         source = self._sources[0]
+        # Checks of aligned raw images take files.
         with TemporaryDirectory(prefix="plenofir-") as folder:
             frame = Path(folder) / f"{source.stem}.png"
             frame.write_bytes(encode_png(first))
@@ -231,6 +233,7 @@ def volume_of_film(
     def stacks() -> Iterator[Iterator[Image]]:
         for number, picture in enumerate(frames, 1):
             raw = deepened(picture.pixels)
+            # Slices are made while they are written, so one is in memory at a time.
             yield (best_picture(raw, m, a, **how) for a in chosen.settings)
             show(number, count)
 

@@ -146,6 +146,7 @@ class Results:
         """Make the folder and a hidden one in it, where the files wait."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
+            # Within one file system a move happens at once or not at all.
             self._staging = tempfile.TemporaryDirectory(dir=self.folder, prefix=".plenofir-")
         except OSError as error:
             raise cannot_write(self.folder, error) from None
@@ -164,6 +165,7 @@ class Results:
                 return
             names = sorted(os.listdir(self._staging.name))
             for name in names:
+                # All places are looked at before the first file is moved.
                 check_result(self.folder / name)
             for name in names:
                 try:
@@ -183,6 +185,7 @@ def _of_earlier_run(report: Path) -> set[str]:
     """Names of the files that a report lists, of those in its folder."""
     try:
         names = json.loads(report.read_bytes())["files"]
+        # A report may come from anybody: a name with a path would remove files elsewhere.
         if isinstance(names, list):
             return {name for name in names if name == Path(name).name} - {"", ".", ".."}
     except (OSError, ValueError, KeyError, TypeError, RecursionError):

@@ -38,6 +38,7 @@ def arrived(
     weights = interpolated_sums(
         ones, micro_image_size, shift, axis=0, align=align, order=order, box=box
     )
+    # The cache gives one array to all callers.
     weights.flags.writeable = False
     return weights
 

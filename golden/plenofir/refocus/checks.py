@@ -19,6 +19,7 @@ Region = tuple[slice, slice]
 def whole_number(value: object, where: str, least: int | None = None) -> int:
     """A Python integer from an integer of Python or NumPy."""
     kind = "an integer" if least is None else f"an integer, {least} or more"
+    # True is a number to Python, and a mistake here.
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise InputError(f"must be {kind}, not {value!r}", where=where)
     number = int(value)
@@ -35,6 +36,7 @@ def check_align(align: str) -> None:
 
 def check_pixels(raw: Image, where: str = "raw") -> Image:
     """Refuse an array that is no image; the array in this machine's byte order."""
+    # Conversion to a plain array would drop the mask in silence.
     if isinstance(raw, np.ma.MaskedArray):
         raise InputError("is a masked array; use a plain one, such as raw.filled(0)", where=where)
     native = raw.dtype.newbyteorder("=")
@@ -118,5 +120,6 @@ def check_out(out: Any, raw: Image, shape: tuple[int, ...]) -> None:
     if not out.flags.c_contiguous or not out.flags.writeable:
         fault = "not contiguous" if out.flags.writeable else "read-only"
         raise InputError(f"is {fault}; it must be {kind}", where="out")
+    # The exact answer may take long, so it is asked for where the bounds overlap.
     if np.may_share_memory(out, raw) and np.shares_memory(out, raw):
         raise InputError("shares its memory with the raw image; use other memory", where="out")

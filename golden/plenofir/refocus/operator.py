@@ -30,6 +30,7 @@ from plenofir.refocus.checks import check_align, whole_number
 
 Sums = npt.NDArray[np.int64]
 
+# Roundings need the other two of 63.
 _SUM_BITS = 61
 
 

@@ -35,6 +35,8 @@ WEIGHT = Fraction(7, 64)
 
 # Settings closer than this to the grid of M, in pixels, are on it.
 _SNAP = 1e-6
+# Largest rise of a from the middle of a picture to its edge; planes that a camera sees rise by a
+# few.
 _STEEPEST = 100
 # Least pixels that are worth another thread.
 _FOR_A_THREAD = 1 << 18
@@ -72,6 +74,7 @@ def real_focus(a: object) -> Fraction:
             return Fraction(a)
         if isinstance(a, Fraction):
             return a
+        # Integers of any library stay exact; a float would round large ones.
         number: Any = a
         return Fraction(int(number)) if int(number) == number else Fraction(float(number))
     except (TypeError, ValueError, OverflowError, ZeroDivisionError):
@@ -263,6 +266,7 @@ class _Picture(NamedTuple):
             one, other = (image.reshape(image.shape[0], -1) for image in (low, high))
             out = picture[first:last].reshape(last - first, -1)
             start = rows.start + first - top
+            # The usual picture has loops of its own, in whole numbers of 16 bits with this weight.
             if share == 0 and one.dtype == np.uint8 and weight == WEIGHT:
                 loops.sharpened_bytes(one, *lens, start, out)
             else:

@@ -51,6 +51,7 @@ def _like(raw: Any) -> Image:
 
 @lru_cache(256)
 def _stand_in(kind: type[np.generic], shape: tuple[int, ...]) -> Image:
+    # This array takes no memory: all its pixels are one.
     return np.broadcast_to(kind(0), shape)
 
 

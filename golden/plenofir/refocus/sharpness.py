@@ -121,6 +121,7 @@ def lens_sums(image: Image, m: int) -> Integers:
     rows, columns = padded.shape[0] // m, padded.shape[1] // m
     lenses = padded.reshape(rows, m, columns, m, *image.shape[2:])
     sums: Integers = lenses.sum((1, 3), dtype=np.int64)
+    # Luma with weights that a chip adds by shifting.
     return sums if image.ndim == 2 else np.asarray(sums @ np.array([1, 2, 1]))
 
 
@@ -233,6 +234,7 @@ def between_slices(
     """
     before, sharpest, after = peak
     inner = textured & (index > 0) & (index < len(shifts) - 1)
+    # The ends have one interval only, and no depth between slices: 1 is never used.
     steps = np.pad(np.abs(np.diff(np.array(shifts, np.int64))), 1, constant_values=1)
     p = np.where(inner, (sharpest - before) * steps[index.astype(int) + 1], 0)
     whole = p + np.where(inner, (sharpest - after) * steps[index], 1)
@@ -294,6 +296,7 @@ class _Peaks:
     def add(self, energy: Integers) -> None:
         """Take the sharpness of the next slice."""
         better = energy > self.most
+        # What follows the sharpest slice is known one slice later.
         self.after = np.where(self.index == self._slices - 1, energy, self.after)
         self.before = np.where(better, self._last, self.before)
         self.index[better] = self._slices

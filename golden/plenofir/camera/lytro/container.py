@@ -153,6 +153,7 @@ def read_container(path: Path) -> Container:
             problem = f"ends in section {number}: {len(content)} of {size} bytes"
             raise InputError(f"{problem}; {_COPY}", where=where)
         name = data[place + _HEAD : begin].rstrip(b"\0").decode("ascii", "replace")
+        # The format's own checksum, which systems that forbid SHA-1 for signatures allow.
         digest = hashlib.sha1(content, usedforsecurity=False).hexdigest()
         if size and name != f"sha1-{digest}":
             problem = f"section {number} is damaged (its SHA-1 is not {name[:16]!r}...)"

@@ -100,6 +100,7 @@ class LensSystem:
             indices=self.indices[::-1],
             semi_apertures=self.semi_apertures[::-1],
             stop=None if self.stop is None else len(self.curvatures) - 1 - self.stop,
+            # The image plane lies on the other side of a reversed lens.
             image_distance_mm=0.0,
         )
 
@@ -209,6 +210,7 @@ def read_prescription(path: Path) -> Prescription:
     if not lines:
         raise InputError("has no header; the first line names the columns", where=str(path))
     (header_number, header), *body = lines
+    # Spreadsheets write semicolons where the decimal mark is a comma.
     separator = ";" if ";" in header else ","
     columns = _columns(header.split(separator), where=f"{path}: line {header_number}")
     if not body:

@@ -143,6 +143,7 @@ def run_build(build: OpenBuild, out: Path, progress: Progress) -> NextpnrReport:
     """
     tools, top = versions(build), build.top
     work = out / "work"
+    # An older bitstream would pass for this one if a tool fails.
     remove_results([out / build.bits, out / "report.json", work])
     work.mkdir(parents=True)
     sources = hdl.with_packages(hdl.board_sources(build.board.name), build.packages, work)
@@ -161,6 +162,7 @@ def run_build(build: OpenBuild, out: Path, progress: Progress) -> NextpnrReport:
 
     def place() -> None:
         nonlocal content, judged
+        # Timing is judged here, clock by clock; nextpnr would end without a report.
         files = ("--json", netlist.name, "--report", report.name, "--timing-allow-fail")
         stage_bar = lambda: progress(f"nextpnr: {nextpnr_stage(log)}", 2, len(steps))  # noqa: E731
         run_tool([*build.place, *files], log, poll=stage_bar)

@@ -145,6 +145,7 @@ class Raster(BaseModel):
 
     @property
     def column_bits(self) -> int:
+        # A line of one column has an address, too.
         return max((self.max_columns - 1).bit_length(), 1)
 
     @property
@@ -191,6 +192,7 @@ class Raster(BaseModel):
             guard_bits = self.arithmetic.guard_bits if number else 0
             value_bits = self.pixel_bits + guard_bits
             scale_bits = self.arithmetic.fraction_bits - guard_bits
+            # The product of a white pixel, rounded half up as the ROM has it.
             largest = (((2 << value_bits) - 2 << scale_bits) + box) // (2 * box)
         return Words(value_bits, largest.bit_length(), (box * largest).bit_length())
 

@@ -15,6 +15,7 @@ from plenofir.fpga.resources.estimate import Block
 
 STORED_PACKAGE = "stored_pkg"
 """Name of the VHDL package."""
+# With these a word of M = 5 has 53 bits, which three block RAMs of 18 hold.
 COLOUR_BITS = (5, 5, 4)
 """Bits of red, green and blue of a stored colour."""
 _ROUNDS = 8
@@ -102,6 +103,7 @@ def _two_means(
         total = pixels.sum(axis=1)
         of_second = (pixels * second).sum(axis=1)
         of_first = (total - of_second) / np.maximum(mask.shape[1] - count, 1)
+        # A colour that no pixel has is the other one.
         of_second = np.where(count > 0, of_second / np.maximum(count, 1), of_first)
         return np.stack([of_first, of_second], axis=1)
 

@@ -116,6 +116,7 @@ class Overlay:
                 colour = self.colours[number * shades + shades // 2] if shades else (0, 0, 0)
             elif output == "all-in-focus" or (output == "refocused" and number == slice_):
                 colour = (255,) * 3
+            # Two dark columns part neighbouring fields.
             line[number * field : (number + 1) * field - 2] = colour
         return line
 
@@ -150,6 +151,7 @@ class Overlay:
         rows, columns = box.shape[:2]
         above = max(-first, 0)
         part = drawn[above : above + rows, :columns]
+        # The picture stays visible behind the text, at a quarter of its values.
         box[...] = np.where(part < 0, box >> 2, part)
         return out
 

@@ -20,6 +20,7 @@ from plenofir.refocus.arithmetic import ExactArithmetic
 Bus = Literal["axis", "aximm", "clock", "reset", "interrupt"]
 VENDOR, LIBRARY = "plenofir", "ip"
 REGISTERS = "registers"
+# AXI gives each slave at least 4 KB of addresses; the map takes less.
 REGISTERS_BYTES = 4096
 _INDEX_BITS = 8
 
@@ -99,6 +100,7 @@ def registers() -> Iterator[Register]:
     content: dict[str, dict[str, Any]] = tomllib.loads(
         (project.root() / "hdl" / "axi" / "registers.toml").read_text(encoding="utf-8")
     )
+    # Constants of the map are values in the VHDL, without an address.
     found = {name: r for name, r in content.items() if r.get("type") != "constant"}
     for number, (name, register) in enumerate(found.items()):
         fields, first = [], 0
@@ -200,6 +202,7 @@ def components(plan: Plan) -> list[Component]:
     out = core.pixels_per_clock * plan.screen.stack_pixel_bits(core) if all_slices else data
     raw = data if sensor is None or sensor.mosaic is None else core.pixel_bits
     others: list[Port] = []
+    # A core of one slice has no ports that choose one.
     if several:
         others += [Port("slice", "in", 8), Port("sweep", "in"), Port("sweep_frames", "in", 8)]
     if sensor is not None:
@@ -246,6 +249,7 @@ def _scene_stack_generics(plan: Plan) -> Generics | None:
     if not plan.screen.needs_index:
         return generics
     index = plan.screen.index(plan.core)
+    # Behind registers an index always has the picture, and never depth between slices.
     if not index.picture or index.shifts:
         return None
     judged, names = index.generics(), ("RADIUS", "CONFIDENCE", "VOTE_RADIUS", "SHARP_TOO")
@@ -256,6 +260,7 @@ def _scene_stack_generics(plan: Plan) -> Generics | None:
 def _stack_generics(core: CoreConfiguration) -> Generics | None:
     """Generics of a focal stack of the same slices and a depth index; None if there is none."""
     nearest = isinstance(core.arithmetic, ExactArithmetic) and core.order == 0
+    # What `stack_axi` has not: several pixels a clock, sharpening, rounded products, interpolation.
     if len(core.shifts) == 1 or core.pixels_per_clock > 1 or core.sharpens or not nearest:
         return None
     stack = core.model_copy(update={"engine": StackEngine()})
@@ -284,6 +289,7 @@ def entity_text(component: Component) -> str:
     width = max(len(port.name) for port in ports)
     declared = [f"    {port.name:{width}} : {port.mode:<5} {port.type_name}" for port in ports]
     generics = [f"      {name} => {_value(value)}" for name, value in component.generics.items()]
+    # Catalogs connect streams of whole bytes; the core takes its own bits of them.
     narrower = [p for p in ports if p.core_bits is not None and p.core_bits < p.bits]
     linked = []
     for port in ports:

@@ -27,6 +27,7 @@ def write_components(plan: Plan, out: Path) -> list[str]:
         files: dict[str, list[str]] = {}
         for component in parts:
             text = entity_text(component)
+            # The scene's top is written for it; the other cores are the library's.
             if component.core == TOP:
                 sources = configure(plan, Path(configured))
             else:

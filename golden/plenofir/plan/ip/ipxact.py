@@ -78,6 +78,7 @@ def _register(parent: Element, register: Register) -> None:
     element = _named(parent, "register", register.name, register.description)
     _add(element, "addressOffset", f"'h{register.address:x}")
     _add(element, "size", 32)
+    # Registers that software alone changes are read back as they were written.
     _add(element, "volatile", register.mode != "r_w")
     _add(element, "access", _ACCESS[register.mode])
     for part in register.fields:
@@ -150,6 +151,7 @@ def component_xml(component: Component, version: str, files: Sequence[str]) -> s
     if component.generics:
         parameters = _add(root, "parameters")
         for name, value in component.generics.items():
+            # The standard has the types of SystemVerilog.
             kind = {bool: "bit", int: "longint"}.get(type(value), "string")
             parameter = _add(parameters, "parameter", parameterId=name, type=kind)
             _add(parameter, "name", name)

@@ -113,6 +113,7 @@ def _camera(plan: Plan) -> dict[str, object] | str:
 
 def _monitor(plan: Plan) -> dict[str, object] | str:
     """Video mode of a monitor that shows a scene's frames as they are; empty if there is none."""
+    # A still picture is shown at the rate that every monitor takes.
     rate = 60.0 if plan.clock_mhz is None else 1e6 * plan.clock_mhz / plan.frame_clocks
     mode = find_mode(plan.columns, plan.rows, rate)
     if mode is None or plan.core.pixel_bits != 8:
