@@ -18,7 +18,8 @@ from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.spartan6 import synthesise
 from plenofir.ground.images import encode_png
 from plenofir.refocus import processors, refocus
-from plenofir.refocus.batch import Settings, run_batch
+from plenofir.refocus.batch import run_batch
+from plenofir.refocus.batch_frames import Settings
 from plenofir_studies import DATA, energy
 from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import machine

@@ -165,7 +165,8 @@ def _refocused(
     **how: Any,
 ) -> tuple[int, list[str], int]:
     """Refocus frames: how many were there already, what failed, and how many there are."""
-    from plenofir.refocus.batch import Settings, find_frames, run_batch
+    from plenofir.refocus.batch import find_frames, run_batch
+    from plenofir.refocus.batch_frames import Settings
 
     micro_image = hints.micro_image
     used = {"crop": hints.crop, "white_balance": hints.white_balance not in ("auto", "off")}

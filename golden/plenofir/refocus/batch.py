@@ -17,7 +17,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from fractions import Fraction
 from hashlib import sha256
 from itertools import islice
 from multiprocessing import resource_tracker
@@ -31,23 +30,12 @@ from plenofir.ground.errors import InputError, ToolError
 from plenofir.ground.files import as_text, cannot_write
 from plenofir.ground.shell import quoted
 from plenofir.refocus import (
-    Aperture,
-    Image,
-    Sharpen,
-    best_picture,
-    focus_to_shift,
-    interpolation_order,
     processors,
-    refocus,
     setting_names,
-    sharpening_units,
 )
-from plenofir.refocus.batch_frames import Made, refocus_frames
+from plenofir.refocus.batch_frames import Made, Settings, refocus_frames
 from plenofir.refocus.batch_record import Entry, Record
 from plenofir.refocus.checks import whole_number
-from plenofir.refocus.operator import box_size, least_box
-from plenofir.refocus.pictures import WEIGHT
-from plenofir.refocus.settings import check_pixel_for_each_lens
 
 Progress = Callable[[int, int], None]
 State = Literal["done", "kept", "failed"]
@@ -60,79 +48,6 @@ _MOST_TOGETHER = 8
 """Frames that a worker with a GPU gets at once."""
 _ADVICE = "name image files, or a pattern of them"
 _STAGING = ".plenofir-batch-"
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What is done to every frame."""
-
-    micro_image_size: int  # M in pixels
-    a: tuple[Fraction, ...]  # focus settings
-    order: int = 0  # order of the interpolation
-    upsample: bool = True  # see `plenofir.refocus.refocus`
-    sharpen: Sharpen = "off"  # see `plenofir.refocus.refocus`
-    best: bool = False  # pictures as of `plenofir.refocus.best_picture` instead
-    aperture: Aperture | None = None  # of these, as its tilt
-    tilt: tuple[float, float] = (0.0, 0.0)
-    box: int | None = None  # of either
-    gpu: bool = False  # whether a GPU makes the operator's pictures, where there is one
-
-    def check(self) -> None:
-        """Refuse settings that `plenofir.refocus.refocus` would refuse for every frame."""
-        whole_number(self.micro_image_size, "M", 1)
-        interpolation_order(self.order)
-        if not self.a:
-            raise InputError("no focus settings were given; give one or more")
-        least_box(self.micro_image_size, 1, self.box)
-        if self.best:
-            return
-        for a, units in zip(self.a, self.weights(), strict=True):
-            shift = focus_to_shift(a, self.micro_image_size)
-            box_size(self.micro_image_size, shift, self.box)
-            if not self.upsample:
-                check_pixel_for_each_lens(
-                    self.micro_image_size, shift, self.order, units, self.sharpen
-                )
-
-    def refocused(self, raw: Image, a: Fraction) -> Image:
-        """One of the pictures of a frame, by one thread."""
-        m = self.micro_image_size
-        if self.best:
-            return best_picture(
-                raw, m, a, aperture=self.aperture, tilt=self.tilt, box=self.box, threads=1
-            )
-        return refocus(raw, threads=1, **self.operator(a))
-
-    def operator(self, a: Fraction) -> dict[str, Any]:
-        """What `plenofir.refocus.refocus` takes for a focus setting."""
-        return {
-            "M": self.micro_image_size,
-            "a": a,
-            "interpolation": self.order,
-            "sharpen": self.sharpen,
-            "upsample": self.upsample,
-            "box": self.box,
-        }
-
-    def weights(self) -> list[int]:
-        """Sharpening of each focus setting, see `plenofir.refocus.sharpening`."""
-        m = self.micro_image_size
-        shifts = [focus_to_shift(a, m) for a in self.a]
-        return [
-            sharpening_units(self.sharpen, m, shift, self.order, box=self.box) for shift in shifts
-        ]
-
-    def signature(self) -> str:
-        """Text that is equal for equal settings."""
-        focus = " ".join(str(a) for a in self.a)
-        # Old records, which have neither sharpening nor boxes, stay valid.
-        box = "" if self.box is None else f" box={self.box}"
-        if self.best:
-            return f"M={self.micro_image_size} a={focus} {WEIGHT} {self.aperture} {self.tilt}{box}"
-        text = f"M={self.micro_image_size} a={focus} order={self.order} upsample={self.upsample}"
-        weights = self.weights()
-        sharpen = f" sharpen={' '.join(map(str, weights))}" if any(weights) else ""
-        return f"{text}{sharpen}{box}"
 
 
 @dataclass(frozen=True)

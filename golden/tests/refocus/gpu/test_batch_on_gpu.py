@@ -17,8 +17,7 @@ from plenofir.commands import app
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import encode_png, read_picture
 from plenofir.refocus import batch
-from plenofir.refocus.batch import Settings
-from plenofir.refocus.batch_frames import Made, refocus_frames
+from plenofir.refocus.batch_frames import Made, Settings, refocus_frames
 from plenofir.refocus.gpu import program
 
 SETTINGS = Settings(5, (Fraction(1, 5), Fraction(-3, 5)), sharpen="auto", gpu=True)
