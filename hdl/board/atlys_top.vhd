@@ -189,7 +189,7 @@ begin
 
   control : entity work.hdmi_control
     generic map (
-      SLICES        => CORE.geometry.slices,
+      SLICES        => slices_of(CORE),
       MAX_COLUMNS   => MAX_COLUMNS,
       METER_WINDOW  => METER_WINDOW,
       LOCK_TIMEOUT  => LOCK_TIMEOUT,

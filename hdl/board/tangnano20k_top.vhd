@@ -147,7 +147,7 @@ begin
   -- Without a serial port and an input, the keys make all settings.
   control : entity work.demo_control
     generic map (
-      SLICES        => CORE.geometry.slices,
+      SLICES        => slices_of(CORE),
       FRAMES        => SWEEP_FRAMES,
       BUTTON_STABLE => BUTTON_STABLE
     )

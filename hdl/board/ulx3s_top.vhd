@@ -175,7 +175,7 @@ begin
 
   control : entity work.hdmi_control
     generic map (
-      SLICES        => CORE.geometry.slices,
+      SLICES        => slices_of(CORE),
       MAX_COLUMNS   => MAX_COLUMNS,
       CLOCK_RANGE   => CLOCK_RANGE,
       CONTROL_MHZ   => CONTROL_MHZ,

@@ -67,6 +67,8 @@ package core_pkg is
     engine     : engine_t;
     geometry   : geometry_t;
     arithmetic : arithmetic_t;
+    -- Stack: how often each slice comes, one behind the other; 2 with a smaller box behind that of M samples.
+    boxes_each : positive range 1 to 2;
     -- Rows filtered at once; neighbouring pixels of a token; longest line in pixels; channels of a pixel.
     rows     : positive;
     pixels   : positive;
@@ -87,6 +89,11 @@ package core_pkg is
 
   -- Tokens of the longest line.
   function tokens_of (
+    core : core_t
+  ) return positive;
+
+  -- Slices to choose from, each once.
+  function slices_of (
     core : core_t
   ) return positive;
 
@@ -150,6 +157,15 @@ package body core_pkg is
     return line_tokens(core.columns, core.pixels);
 
   end function tokens_of;
+
+  function slices_of (
+    core : core_t
+  ) return positive is
+  begin
+
+    return core.geometry.slices / core.boxes_each;
+
+  end function slices_of;
 
   function slices_at_once (
     core : core_t

@@ -85,12 +85,13 @@ package index_pkg is
     boxes  : positive
   ) return positive;
 
-  -- The shifts of a stack as a depth between its slices needs them; none, if the text is empty. Stops elaboration if
-  -- the text allows no such depth; the message begins with the name.
+  -- The shifts of a stack as a depth between its slices needs them; none, if the text is empty. The text names each as
+  -- often as it has boxes. Stops elaboration if the text allows no such depth; the message begins with the name.
   function ordered_shifts (
     name   : string;
     shifts : string;
-    slices : positive
+    slices : positive;
+    boxes  : positive := 1
   ) return shifts_t;
 
   -- Width of a token's stack, and of its output.
@@ -241,7 +242,8 @@ package body index_pkg is
   function ordered_shifts (
     name   : string;
     shifts : string;
-    slices : positive
+    slices : positive;
+    boxes  : positive := 1
   ) return shifts_t is
 
     variable ordered : shifts_t;
@@ -255,13 +257,13 @@ package body index_pkg is
       return ordered;
     end if;
 
-    assert takes_shifts(name, shifts) and slice_count(shifts) = slices
+    assert takes_shifts(name, shifts) and slice_count(shifts) = slices * boxes
       report name & ": SHIFTS """ & shifts & """ must be one for each of SLICES"
       severity failure;
 
     for s in 0 to slices - 1 loop
 
-      ordered(s) := slice_shift(shifts, s);
+      ordered(s) := slice_shift(shifts, s * boxes);
 
     end loop;
 

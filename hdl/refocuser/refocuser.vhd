@@ -135,7 +135,7 @@ begin
       PARALLEL_ROWS    => CORE.rows,
       IN_BITS          => row_bits(CORE),
       OUT_BITS         => result_bits(CORE),
-      SLICES           => choose(CHOOSES, CORE.geometry.slices, 0),
+      SLICES           => choose(CHOOSES, slices_of(CORE), 0),
       -- Room for the pixels that arrive during a flush line, and 3 words for the FIFO's own latency.
       INPUT_PIXELS   => INPUT_LINES * tokens_of(CORE) + 2 * CORE.rows - 1,
       ROW_DELAY      => CORE.plan.row_tokens,

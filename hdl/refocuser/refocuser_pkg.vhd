@@ -59,7 +59,8 @@ package refocuser_pkg is
     channels          : positive := 1;
     pixel_bits        : positive := 8;
     border_normalised : boolean  := false;
-    box               : string   := ""
+    box               : string   := "";
+    boxes_each        : positive := 1
   ) return core_t;
 
 end package refocuser_pkg;
@@ -374,6 +375,7 @@ package body refocuser_pkg is
           guard_bits    => guard_bits,
           passes        => interpolation_order + 1
         ),
+        boxes_each => 1,
         rows       => parallel_rows,
         pixels     => pixels_per_clock,
         columns    => max_columns,
@@ -399,7 +401,8 @@ package body refocuser_pkg is
     channels          : positive := 1;
     pixel_bits        : positive := 8;
     border_normalised : boolean  := false;
-    box               : string   := ""
+    box               : string   := "";
+    boxes_each        : positive := 1
   ) return core_t is
 
     constant PARSED : geometry_t := geometry_of(name, micro_image_size, shifts, centred, box);
@@ -419,6 +422,7 @@ package body refocuser_pkg is
           guard_bits    => 0,
           passes        => 1
         ),
+        boxes_each => boxes_each,
         rows       => 1,
         pixels     => pixels_per_clock,
         columns    => max_columns,

@@ -66,7 +66,7 @@ end entity picture_core;
 architecture rtl of picture_core is
 
   constant M        : positive := CORE.geometry.micro_image_size;
-  constant SLICES   : positive := CORE.geometry.slices;
+  constant SLICES   : positive := slices_of(CORE);
   constant CHANNELS : positive := CORE.channels;
 
   signal order   : frame_order_t;
@@ -180,7 +180,7 @@ begin
     -- The stack of slices on its way to the depth index, the order and the output of the index, and faults of both.
     signal stack_marks  : marks_t;
     signal stack_ready  : std_logic;
-    signal stack_data   : std_logic_vector(24 * SLICES - 1 downto 0);
+    signal stack_data   : std_logic_vector(result_bits(CORE) - 1 downto 0);
     signal stack_id     : std_logic_vector(7 downto 0);
     signal index_order  : frame_order_t;
     signal found_marks  : marks_t;

@@ -82,7 +82,8 @@ package picture_pkg is
     outputs             : string   := work.screen_pkg.OUTPUTS;
     radius              : natural  := SHARPNESS_RADIUS;
     vote_radius         : natural  := work.screen_pkg.VOTE_RADIUS;
-    colours             : string   := work.screen_pkg.COLOURS
+    colours             : string   := work.screen_pkg.COLOURS;
+    sharp_too           : boolean  := work.screen_pkg.SHARP_TOO
   ) return core_t;
 
   -- Whether a letter is among the outputs.
@@ -253,7 +254,7 @@ package body picture_pkg is
   ) return boolean is
 
     constant M       : positive := core.geometry.micro_image_size;
-    constant SLICES  : positive := core.geometry.slices;
+    constant SLICES  : positive := slices_of(core);
     constant BETWEEN : boolean  := shades(SLICES, colours) > 1;
 
     variable index   : index_build_t;
@@ -292,7 +293,7 @@ package body picture_pkg is
         severity failure;
 
       if BETWEEN then
-        ordered := ordered_shifts(name, shifts, SLICES);
+        ordered := ordered_shifts(name, shifts, SLICES, core.boxes_each);
       end if;
     end if;
 
@@ -327,17 +328,22 @@ package body picture_pkg is
     outputs             : string   := work.screen_pkg.OUTPUTS;
     radius              : natural  := SHARPNESS_RADIUS;
     vote_radius         : natural  := work.screen_pkg.VOTE_RADIUS;
-    colours             : string   := work.screen_pkg.COLOURS
+    colours             : string   := work.screen_pkg.COLOURS;
+    sharp_too           : boolean  := work.screen_pkg.SHARP_TOO
   ) return core_t is
 
-    constant LONGEST : positive := choose(WITH_SENSOR, RASTER_COLUMNS, max_columns);
+    constant LONGEST  : positive := choose(WITH_SENSOR, RASTER_COLUMNS, max_columns);
+    constant JUDGED   : positive := judged_slices(name, shifts, choose(sharp_too, 2, 1));
+    constant NO_INDEX : boolean  := not takes(needs_stack(outputs) or not sharp_too,
+                                              name & ": SHARP_TOO needs OUTPUTS of the letter a or d");
 
     function chosen_core return core_t is
     begin
 
       if needs_stack(outputs) then
         -- A stack has three channels of 8 bits, whatever the video, because the picture of depth is in colour.
-        return stack_of(name, micro_image_size, shifts, max_columns => LONGEST, channels => 3, box => box);
+        return stack_of(name, micro_image_size, shifts, max_columns => LONGEST, channels => 3, box => box,
+                        boxes_each => choose(sharp_too, 2, 1));
       end if;
 
       return core_of
@@ -387,21 +393,33 @@ package body picture_pkg is
     confidence  : natural;
     vote_radius : natural
   ) return index_build_t is
+
+    variable shifts : shifts_t;
+
   begin
+
+    shifts := (others => 0);
+
+    for i in 0 to core.geometry.slices - 1 loop
+
+      shifts(i / core.boxes_each) := core.geometry.shifts(i);
+
+    end loop;
 
     return index_of
     (
       name             => name,
       micro_image_size => core.geometry.micro_image_size,
-      slices           => core.geometry.slices,
-      shifts           => core.geometry.shifts,
+      slices           => slices_of(core),
+      shifts           => shifts,
       between          => between,
       radius           => radius,
       confidence       => confidence,
       vote_radius      => vote_radius,
       max_columns      => core.columns,
       cropped          => true,
-      chosen_too       => true
+      chosen_too       => true,
+      boxes            => core.boxes_each
     );
 
   end function picture_index;
@@ -447,7 +465,7 @@ package body picture_pkg is
     if core.engine = stack then
       -- Two stream shells (of the stack and of the index) and the latency of both engines.
       return core.plan.row_tokens + 2 * STREAM_LATENCY + core.plan.clocks +
-             index_latency(core.geometry.slices, radius, vote_radius, between, 1);
+             index_latency(slices_of(core), radius, vote_radius, between, 1, core.boxes_each);
     end if;
 
     -- One stream shell and its engine.

@@ -73,7 +73,7 @@ end entity refocus_video;
 architecture rtl of refocus_video is
 
   constant M       : positive := CORE.geometry.micro_image_size;
-  constant BETWEEN : boolean  := shades(CORE.geometry.slices, COLOURS) > 1;
+  constant BETWEEN : boolean  := shades(slices_of(CORE), COLOURS) > 1;
 
   constant DELAY_LINES  : natural := picture_delay_lines(CORE, SHARPNESS_RADIUS, VOTE_RADIUS);
   constant DELAY_PIXELS : natural := picture_delay_pixels(CORE, SHARPNESS_RADIUS, VOTE_RADIUS, BETWEEN);
@@ -399,7 +399,7 @@ begin
     -- The ruler under the text has a field for each slice.
     overlay : entity work.text_overlay
       generic map (
-        SLICES        => CORE.geometry.slices,
+        SLICES        => slices_of(CORE),
         FONT          => FONT,
         TEXTS         => TEXTS,
         TEXT_COLUMNS  => TEXT_COLUMNS,

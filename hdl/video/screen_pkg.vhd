@@ -12,6 +12,7 @@ package screen_pkg is
   constant CONFIDENCE       : natural := 0;
   constant VOTE_RADIUS      : natural := 0;
   constant COLOURS          : string  := "";
+  constant SHARP_TOO        : boolean := false;
 
   -- Generics of text_overlay: the text over the picture.
   constant WITH_TEXT     : boolean := false;

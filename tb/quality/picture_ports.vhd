@@ -27,7 +27,9 @@ entity picture_ports is
     RADIUS              : natural range 0 to 8          := 1;
     CONFIDENCE          : natural range 0 to 1073741823 := 0;
     VOTE_RADIUS         : natural range 0 to 4          := 0;
-    COLOURS             : string                        := ""
+    COLOURS             : string                        := "";
+    BOX                 : string                        := "";
+    SHARP_TOO           : boolean                       := false
   );
 end entity picture_ports;
 
@@ -50,7 +52,9 @@ architecture test of picture_ports is
                               outputs             => OUTPUTS,
                               radius              => RADIUS,
                               vote_radius         => VOTE_RADIUS,
-                              colours             => COLOURS
+                              colours             => COLOURS,
+                              box                 => BOX,
+                              sharp_too           => SHARP_TOO
                             );
 
   signal choice      : picture_choice_t;

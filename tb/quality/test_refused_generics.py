@@ -21,8 +21,9 @@ NO_SETS += ["1 " * 257]
 WIDE = {"PIXEL_BITS": 16, "INTERPOLATION_ORDER": 1, "MICRO_IMAGE_SIZE": 14}
 ALL_ZERO = {"EXACT": False, "PIXEL_BITS": 1, "MICRO_IMAGE_SIZE": 3}
 DEPTH = {"MICRO_IMAGE_SIZE": 5, "SLICES": 3, "MAX_COLUMNS": 64}
-PAIRS = {"SHIFTS": "-3 -3 0 0", "DEPTH_INDEX": True, "SHARP_TOO": True}
 PICTURE = CORE | {"SHIFTS": "-3 0", "OUTPUTS": "rad", "COLOURS": "00ff00" * 2}
+TWICE = {"SHIFTS": "-3 -3 0 0", "SHARP_TOO": True}
+JUDGED = {"DEPTH_INDEX": True}
 TEXTS = {
     "SLICES": 2,
     "FONT": "0" * 3040,
@@ -129,13 +130,13 @@ REFUSED: list[Case] = [
         for name in ("CHOSEN_TOO", "SHARP_TOO")
     ),
     *(
-        ("stack_axi", CORE | PAIRS, more, "SHARP_TOO")
+        ("stack_axi", CORE | TWICE | JUDGED, more, "SHARP_TOO")
         for more in (
             {"DEPTH_INDEX": False},
             *({"SHIFTS": text} for text in ("-3", "-3 -3 0", "-3 0 -3 0")),
         )
     ),
-    ("stack_axi", CORE | PAIRS, {"SHIFTS": "2 x"}, "SHIFTS"),
+    ("stack_axi", CORE | TWICE | JUDGED, {"SHIFTS": "2 x"}, "SHIFTS"),
     ("depth_index", DEPTH, {"SLICES": 256, "MAX_COLUMNS": 8192}, "SLICES"),
     ("index_verdict", DEPTH, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
     *(
@@ -150,6 +151,9 @@ REFUSED: list[Case] = [
     ("picture_ports", PICTURE, {"MICRO_IMAGE_SIZE": 1}, "MICRO_IMAGE_SIZE"),
     ("picture_ports", PICTURE, {"SHIFTS": "2 x"}, "SHIFTS"),
     ("picture_ports", PICTURE, {"OUTPUTS": "r", "ENGINE": "x"}, "ENGINE"),
+    ("picture_ports", PICTURE, {"SHARP_TOO": True}, "SHARP_TOO"),
+    ("picture_ports", PICTURE | TWICE, {"OUTPUTS": "r"}, "SHARP_TOO"),
+    ("picture_ports", PICTURE | TWICE, {"SHIFTS": "-3"}, "SHARP_TOO"),
     ("video_ports", CORE, {"SHIFTS": "2, 0"}, "SHIFTS"),
     ("video_ports", CORE, {"ENGINE": "moving_sum", "SHIFTS": "-3000"}, "SHIFTS"),
     (

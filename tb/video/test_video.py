@@ -2,6 +2,7 @@
 """Video in, refocused video out."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,6 +14,9 @@ from plenofir_tb.drawn import bench_filter
 from plenofir_tb.runner import Case, run_cases
 from plenofir_tb.video import MODE_720, shrunken
 
+# Of frames of random pixels about half of the micro images have this much texture.
+CONFIDENCE = 4000
+
 
 def video_case(
     m: int,
@@ -22,8 +26,10 @@ def video_case(
     thorough: bool = False,
     outputs: str = "r",
     radius: int = 1,
+    boxes: tuple[int, ...] = (),
     **options: int | bool,
 ) -> Case:
+    """A case; with boxes each slice comes twice, with M samples and with its box."""
     between = "d" in outputs and len(shifts) > 2 and has_order(shifts)
     count = len(shifts) * (SHADES if between else 1)
     colours = [[(40 * i + 90 * c) % 256 for c in range(3)] for i in range(count)]
@@ -36,21 +42,25 @@ def video_case(
         vote_radius=vote_radius,
         colours=tuple((red, green, blue) for red, green, blue in colours),
         between=between,
+        sharp_box=min(boxes, default=None),
     )
     layout = CoreConfiguration(micro_image_size=m, shifts=shifts, max_columns=64)
+    twice = [shift for shift in shifts for _ in range(2)] if boxes else shifts
     delay_lines = layout.delay + ((radius + vote_radius + 3) * m - 1) * (outputs != "r")
     return Case(
         "video_ports",
         "video.video_bench",
         {
             "MICRO_IMAGE_SIZE": m,
-            "SHIFTS": " ".join(map(str, shifts)),
+            "SHIFTS": " ".join(map(str, twice)),
+            "BOX": " ".join(f"{m} {box}" for box in boxes),
             "MAX_COLUMNS": 64,
             **options,
         },
         {
             "m": m,
             "shifts": shifts,
+            "boxes": boxes,
             "outputs": outputs,
             "radius": radius,
             "confidence": confidence,
@@ -68,10 +78,10 @@ def video_case(
     )
 
 
-def run_thorough(outputs: str) -> None:
+def run_thorough(outputs: str, shifts: tuple[int, ...] = (2, 0, -1), **more: Any) -> None:
     """The whole bench, which simulates longer than it compiles."""
     mode = shrunken("mini")
-    run_cases([video_case(3, (2, 0, -1), mode, thorough=True, outputs=outputs)], long=True)
+    run_cases([video_case(3, shifts, mode, thorough=True, outputs=outputs, **more)], long=True)
 
 
 def test_refocus_video(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -80,14 +90,19 @@ def test_refocus_video(monkeypatch: pytest.MonkeyPatch) -> None:
     run_thorough("r")
 
 
-def test_all_in_focus_and_depth(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.drawn(1, "stacks behind video")
+@pytest.mark.parametrize(
+    "more", [{}, {"shifts": (2, -1), "boxes": (2, 1), "CONFIDENCE": CONFIDENCE}]
+)
+def test_all_in_focus_and_depth(monkeypatch: pytest.MonkeyPatch, more: dict[str, Any]) -> None:
     monkeypatch.setenv("COCOTB_TEST_FILTER", "slices_change")
-    run_thorough("rad")
+    run_thorough("rad", **more)
 
 
 @pytest.mark.slow
-def test_more_of_all_in_focus_and_depth() -> None:
-    run_thorough("rad")
+@pytest.mark.parametrize("more", [{}, {"boxes": (2, 3, 1), "CONFIDENCE": CONFIDENCE}])
+def test_more_of_all_in_focus_and_depth(more: dict[str, Any]) -> None:
+    run_thorough("rad", **more)
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from cocotb.triggers import FallingEdge
 from plenofir.fpga.hdmi.link import RasterSignals, raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
+from plenofir.refocus.by_place import chosen
 from plenofir.refocus.sharpness import depth_index
 from plenofir_tb.case import read_case
 from plenofir_tb.levels import levels
@@ -35,11 +36,15 @@ class Bench(VideoBench):
             if CASE["stored"]
             else ExactArithmetic()
         )
-        m, shifts = CASE["m"], CASE["shifts"]
+        m, shifts, boxes = CASE["m"], CASE["shifts"], CASE["boxes"]
         kind = CASE["outputs"][self.shown]
-        if kind == "r":
+        if kind == "r" and not boxes:
             return arithmetic.refocus(picture, m, shift=shifts[self.slice], order=CASE["order"])
         stack = np.stack([arithmetic.refocus(picture, m, shift=shift) for shift in shifts])
+        sharp = [
+            arithmetic.refocus(picture, m, shift=shift, box=box)
+            for shift, box in zip(shifts, boxes, strict=False)
+        ]
         found = depth_index(
             stack,
             m,
@@ -47,9 +52,13 @@ class Bench(VideoBench):
             confidence=CASE["confidence"],
             vote_radius=CASE["vote_radius"],
             shifts=shifts if CASE["between"] else (),
+            sharp=np.stack(sharp) if boxes else None,
         )
         if kind == "a":
             return found.image
+        if kind == "r":
+            number = self.slice
+            return chosen(sharp[number], stack[number], found.sharp_in(number), m)
         rows, columns = picture.shape[:2]
         colour = found.index.astype(int)
         if found.fraction is not None:

@@ -22,7 +22,8 @@ entity video_ports is
     FRACTION_BITS       : natural range 0 to 12 := 8;
     GUARD_BITS          : natural range 0 to 12 := 2;
     BROADCAST_TAPS      : natural               := 0;
-    ENGINE              : string                := "fir"
+    ENGINE              : string                := "fir";
+    BOX                 : string                := ""
   );
   port (
     clk         : in    std_logic;
@@ -54,7 +55,8 @@ architecture test of video_ports is
                               fraction_bits       => FRACTION_BITS,
                               guard_bits          => GUARD_BITS,
                               broadcast_taps      => BROADCAST_TAPS,
-                              engine              => ENGINE
+                              engine              => ENGINE,
+                              box                 => BOX
                             );
 
 begin

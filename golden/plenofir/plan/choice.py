@@ -206,7 +206,7 @@ def _candidates(
         raise InputError(
             "sharp_box needs slices of M samples, which are judged; leave build.box, resolution "
             "and noise out",
-            where=f"{loaded.path}: stack.sharp_box",
+            where=f"{loaded.path}: {'screen' if scene.stack is None else 'stack'}.sharp_box",
         )
     raster = CoreConfiguration(
         micro_image_size=m,

@@ -191,7 +191,7 @@ def _of_screen(core: CoreConfiguration, screen: Screen) -> Iterator[_Feature]:
         feature = "all-in-focus and depth: focal stack, depth index"
         yield _Feature(feature, Screen(outputs="rad").blocks(stack), core.blocks)
     if screen.overlay is None:
-        text = scene_overlay(core.shifts, core.micro_image_size)
+        text = scene_overlay(screen.shifts(core), core.micro_image_size)
         yield _Feature("text over the picture", text.blocks, ())
 
 

@@ -50,9 +50,9 @@ class SceneScreen(Judging):
         return self
 
     @property
-    def judges(self) -> bool:
-        """Whether it takes a focal stack and its depth index."""
-        return self.output != ("refocused",)
+    def outputs(self) -> tuple[str, ...]:
+        """All outputs."""
+        return self.output
 
 
 @dataclass(frozen=True)

@@ -35,17 +35,26 @@ class Judging(BaseModel):
     vote_radius: Annotated[int, Field(ge=0, le=MAX_VOTE_RADIUS)] = 1
     # Whether depth between slices is found, of which there are three or more, going up or down.
     between_slices: bool = False
+    # Samples of the box, less than M, from which pixels come where a slice is in focus.
+    sharp_box: Annotated[int, Field(ge=1)] | None = None
 
     @property
     @abstractmethod
+    def outputs(self) -> tuple[str, ...]:
+        """Names of what comes out."""
+
+    @property
     def judges(self) -> bool:
         """Whether the sharpest slice is asked for."""
+        return bool({"all-in-focus", "depth"} & set(self.outputs))
 
     @model_validator(mode="after")
     def _something_is_judged(self) -> Self:
         named = set(Judging.model_fields) & self.model_fields_set
         if named and not self.judges:
             raise ValueError(f"{min(named)} needs the output 'all-in-focus' or 'depth'")
+        if self.sharp_box is not None and "all-in-focus" not in self.outputs:
+            raise ValueError("sharp_box needs the output 'all-in-focus'")
         return self
 
 
@@ -55,19 +64,11 @@ class SceneStack(Judging):
     # "slices": all of them, side by side; "all-in-focus": of each pixel that of its sharpest slice,
     # and the number of this slice; "depth": the number alone, so that no pixel has to wait for it.
     output: Literal["slices", "all-in-focus", "depth"] = "slices"
-    # Samples of the box, less than M, from which "all-in-focus" comes where a slice is in focus.
-    sharp_box: Annotated[int, Field(ge=1)] | None = None
 
     @property
-    def judges(self) -> bool:
-        """Whether a depth index follows."""
-        return self.output != "slices"
-
-    @model_validator(mode="after")
-    def _is_shown(self) -> Self:
-        if self.sharp_box is not None and self.output != "all-in-focus":
-            raise ValueError("sharp_box needs the output 'all-in-focus'")
-        return self
+    def outputs(self) -> tuple[str, ...]:
+        """The one output."""
+        return (self.output,)
 
 
 _LETTERS = {"slices": "s", "all-in-focus": "ai", "depth": "i"}
@@ -81,17 +82,23 @@ def judged(
     pixel: tuple[int, int],
     *,
     where: str,
-    sharp_box: int | None = None,
 ) -> Screen:
     """Outputs for which the sharpest slices are found.
 
     `pixel` is channels and their bits, `where` the part of the scene's file for messages.
-    InputError if the slices cannot be told apart.
+    InputError if the slices cannot be told apart, or none has a box between `sharp_box` and M.
     """
-    if len(shifts) < 2 or micro_image_size < 2:
+    m, box = micro_image_size, part.sharp_box
+    if box is not None and not any(box <= m and least_box(m, s, box) < m for s in shifts):
+        raise InputError(
+            f"no slice of M = {m} has a box of {box} samples or more that is smaller than M; "
+            "use a smaller one, or leave it out",
+            where=f"{where}.sharp_box",
+        )
+    if len(shifts) < 2 or m < 2:
         raise InputError(
             "all-in-focus and depth need M of 2 or more and at least two slices, not "
-            f"{len(shifts)} of M = {micro_image_size}",
+            f"{len(shifts)} of M = {m}",
             where=f"{where}.output",
         )
     if part.between_slices and not (len(shifts) > 2 and has_order(shifts)):
@@ -100,15 +107,15 @@ def judged(
             f"a' = {' '.join(map(str, shifts))}",
             where=f"{where}.between_slices",
         )
-    weighs = part.vote_radius or part.between_slices or sharp_box is not None
-    level = confidence_level(part.confidence, micro_image_size, part.radius, *pixel)
+    weighs = part.vote_radius or part.between_slices or box is not None
+    level = confidence_level(part.confidence, m, part.radius, *pixel)
     return Screen(
         outputs=outputs,
         radius=part.radius,
         confidence=level if weighs else 0,
         vote_radius=part.vote_radius,
         between=part.between_slices,
-        sharp_box=sharp_box,
+        sharp_box=box,
     )
 
 
@@ -120,18 +127,8 @@ def stack_of(
     *,
     where: str,
 ) -> Screen:
-    """What comes out of a scene's focal stack; see `judged`.
-
-    InputError if no slice has a box between `sharp_box` and M.
-    """
+    """What comes out of a scene's focal stack; see `judged`."""
     outputs = _LETTERS[part.output]
     if not part.judges:
         return Screen(outputs=outputs)
-    where, m, box = f"{where}: stack", micro_image_size, part.sharp_box
-    if box is not None and not any(box <= m and least_box(m, s, box) < m for s in shifts):
-        raise InputError(
-            f"no slice of M = {m} has a box of {box} samples or more that is smaller than M; "
-            "use a smaller one, or leave it out",
-            where=f"{where}.sharp_box",
-        )
-    return judged(part, outputs, shifts, m, pixel, where=where, sharp_box=box)
+    return judged(part, outputs, shifts, micro_image_size, pixel, where=f"{where}: stack")

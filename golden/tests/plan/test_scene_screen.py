@@ -107,6 +107,24 @@ def test_depth_is_coloured_between_slices(tmp_path: Path) -> None:
     assert bytes(plan.screen.colours[-1]).hex() in package.read_text()
 
 
+def test_a_smaller_box_in_focus(tmp_path: Path) -> None:
+    """The board's core has each slice twice; texts, colours and the plan's table have it once."""
+    three = (', "2/3"]', "]")
+    without = plan_of(tmp_path, three)
+    plan = plan_of(tmp_path, three, ("overlay", "sharp_box = 1\noverlay"))
+    generics = board_generics(plan.core, "atlys_top")
+    assert generics["SHIFTS"] == "-1 -1 0 0 1 1"
+    assert generics["BOX"] == "3 1 3 3 3 1"
+    assert (plan.screen.overlay, plan.screen.colours) == (
+        without.screen.overlay,
+        without.screen.colours,
+    )
+    assert [part.box for part in plan.slices] == [3] * 3
+    assert "SHARP_TOO        : boolean := true;" in screen_package(plan.screen)
+    assert "SHARP_TOO        : boolean := false;" in screen_package(without.screen)
+    assert plan.needs["block RAM (18 Kbit)"] > without.needs["block RAM (18 Kbit)"]
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -130,6 +148,15 @@ def test_depth_is_coloured_between_slices(tmp_path: Path) -> None:
             "depth between slices needs three or more, going up or down, not 3 of a' = -1 2 0",
         ),
         ([('path = "video"', "")], "screen needs build.path = 'video'"),
+        (
+            [('"all-in-focus", ', ""), ("overlay", "sharp_box = 1\noverlay")],
+            "screen: sharp_box needs the output 'all-in-focus'",
+        ),
+        ([("overlay", "sharp_box = 3\noverlay")], "screen.sharp_box: no slice of M = 3 has a box"),
+        (
+            [("overlay", "sharp_box = 1\noverlay"), ("[build]", "[build]\nnoise = 0.5")],
+            "screen.sharp_box: sharp_box needs slices",
+        ),
         (
             [('path = "video"', 'path = "video"\narithmetic = "stored"')],
             "screen.output needs build.arithmetic = 'exact'",

@@ -16,6 +16,7 @@ from plenofir.fpga.screen.board_screen import SHADES, Screen
 from plenofir.fpga.screen.overlay import Shown as Kind
 from plenofir.ground.images import write_png
 from plenofir.refocus import shift_to_name
+from plenofir.refocus.by_place import chosen
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import FRACTION_BITS
 
@@ -71,7 +72,7 @@ def shown_frames(core: CoreConfiguration, screen: Screen) -> tuple[ShownFrame, .
     """
     if screen == Screen():
         return ()
-    slices, outputs = range(len(core.shifts)), range(len(screen.outputs))
+    slices, outputs = range(len(screen.shifts(core))), range(len(screen.outputs))
     bare = [
         ShownFrame(output, slice_, 0)
         for output in outputs
@@ -87,13 +88,17 @@ def shown_frames(core: CoreConfiguration, screen: Screen) -> tuple[ShownFrame, .
 def golden_frame(
     core: CoreConfiguration, screen: Screen, frame: ShownFrame, slices: Image
 ) -> npt.NDArray[np.uint8]:
-    """Golden picture of a frame, from all golden slices (slices, rows, columns, 3)."""
-    kind = _KINDS[screen.outputs[frame.output]]
+    """Golden picture of a frame, from all golden slices of the core (slices, rows, columns, 3)."""
+    kind, m = _KINDS[screen.outputs[frame.output]], core.micro_image_size
     picture: Image = slices[frame.slice_]
-    if kind != "refocused":
+    if kind != "refocused" or screen.sharp_box is not None:
         depth = screen.index(core).golden(slices)
-        picture, m = depth.image, core.micro_image_size
-        if kind == "depth":
+        if kind == "all-in-focus":
+            picture = depth.image
+        elif kind == "refocused":
+            whole, sharp = slices[2 * frame.slice_ :][:2]
+            picture = chosen(sharp, whole, depth.sharp_in(frame.slice_), m)
+        else:
             colour = depth.index.astype(int)
             if depth.fraction is not None:
                 fraction = depth.fraction.astype(int)
@@ -111,7 +116,7 @@ def _name(core: CoreConfiguration, screen: Screen, frame: ShownFrame) -> str:
     letter = screen.outputs[frame.output]
     name = _KINDS[letter].replace("-", "_")
     if letter == "r":
-        name += f"_{shift_to_name(core.shifts[frame.slice_], core.micro_image_size)}"
+        name += f"_{shift_to_name(screen.shifts(core)[frame.slice_], core.micro_image_size)}"
     return f"{name}{('', '_text', '_text_below')[frame.text]}.png"
 
 
@@ -122,8 +127,9 @@ def shown_names(core: CoreConfiguration, screen: Screen) -> tuple[str, ...]:
 
 
 def _more(screen: Screen, frame: ShownFrame) -> bool:
-    """Whether it shows more than a plain slice."""
-    return bool(frame.text) or screen.outputs[frame.output] != "r"
+    """Whether it shows more than a plain slice of one box."""
+    plain = screen.outputs[frame.output] == "r" and screen.sharp_box is None
+    return bool(frame.text) or not plain
 
 
 def bare_slices(screen: Screen, frames: tuple[ShownFrame, ...]) -> list[int]:

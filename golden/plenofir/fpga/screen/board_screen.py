@@ -173,6 +173,7 @@ def screen_package(screen: Screen | None = None) -> str:
         "CONFIDENCE": screen.confidence,
         "VOTE_RADIUS": screen.vote_radius,
         "COLOURS": "".join(bytes(colour).hex() for colour in screen.colours),
+        "SHARP_TOO": screen.sharp_box is not None,
     }
     written: dict[str, str | int] = {"WITH_TEXT": overlay is not None, "TEXTS": ""}
     written |= {"TEXT_COLUMNS": 1, "LABELS": "", "LABEL_COLUMNS": 2, "FONT": ""}
