@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Show = Callable[[str, int, int], None]
 
 # Least probability of a depth that counts.
-_SURE = 0.5
+SURE = 0.5
 # Share of a step by which a depth may lie beyond the first or last picture.
 _ASIDE = 0.3
 # The page is mailed: servers take 10 MB, as a rule.
@@ -134,9 +134,7 @@ class Album:
             return self.look(image).pixels
 
         self.add("all_in_focus.png", sharp, "Sharp everywhere", None, *self.facts)
-        # There and back, both ends once: the film runs in a loop.
-        around = frames + frames[-2:0:-1]
-        self.animation("focus", lambda: around, "Through the focus", settings, *through)
+        self.through_focus(frames, settings, *through)
         self.animation(
             "views",
             lambda: [
@@ -170,12 +168,12 @@ class Album:
         from plenofir.camera.lightfield.disparity import sure_distances
 
         save(self.results, "disparity.npy", disparity.pixels_per_view)
-        sure = disparity.confidence >= _SURE
+        sure = disparity.confidence >= SURE
         unit = unit_of(self.model)
         if self.model is None:
             values = np.where(sure, disparity.pixels_per_view, np.nan)
         else:
-            values = sure_distances(disparity, self.model, _SURE)
+            values = sure_distances(disparity, self.model, SURE)
             save(self.results, f"{MAPS[unit]}.npy", values)
         self.add("depth.png", lambda: depth_picture(values, unit), _CAPTIONS[unit])
         share = float(sure.mean())
@@ -230,6 +228,11 @@ class Album:
         self.shown.append((name, caption, _data_uri(small)))
         return small
 
+    def through_focus(self, frames: "list[Image]", *facts: object) -> None:
+        """An animation of refocused pictures."""
+        # There and back, both ends once: the film runs in a loop.
+        self.animation("focus", lambda: frames + frames[-2:0:-1], "Through the focus", *facts)
+
     def animation(
         self, name: str, make: "Callable[[], list[Image]]", caption: str, *facts: object
     ) -> None:
@@ -250,6 +253,7 @@ class Album:
         if there[1] or write_webm(self.results.path(film), frames, 1000 / _STAYS):
             self.films.add(film)
         else:
+            # A film that is not there must not count as made.
             del self.earlier.keys[film]
         self.shown.append((f"{name}.gif", caption, f"{name}.gif"))
 
@@ -266,7 +270,7 @@ def _range(disparity: "Disparity", view: "Image") -> tuple[float, float]:
 
     values = disparity.pixels_per_view.ravel()
     contrast = ndimage.gaussian_gradient_magnitude(grey(view).astype(np.float64), 1.0).ravel() ** 2
-    weights = contrast * (disparity.confidence.ravel() >= _SURE)
+    weights = contrast * (disparity.confidence.ravel() >= SURE)
     if not weights.any():
         weights = np.ones(len(values))
     order = np.argsort(values)
@@ -289,6 +293,8 @@ def _around(rows: int, columns: int) -> list[tuple[int, int]]:
     from math import cos, pi, sin
 
     down, right = (rows - 1) / 2, (columns - 1) / 2
+    # Views at the rim of the pupil are dim, so the ellipse is 0.8 as wide; 24 of them take three
+    # seconds.
     turns = [2 * pi * n / 24 for n in range(24)]
     places = [
         (round(down + 0.8 * down * sin(t)), round(right + 0.8 * right * cos(t))) for t in turns

@@ -167,6 +167,7 @@ def build_core(
     if board.modes:
         # The slowest mode that has such lines.
         fit = [mode for mode in board.modes if mode.h_active <= core.max_columns]
+        # Where every mode has longer lines, the first one says the clock.
         modes = fit or board.modes[:1]
         widest = next(mode for mode in modes if mode.h_active == max(m.h_active for m in modes))
         clocks = board.clock_range(widest)

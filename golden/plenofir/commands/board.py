@@ -70,6 +70,7 @@ def picture(
     m = micro_image or m
     if raw is not None:
         content = first_light.screen_picture(read_image(Path(raw)), columns, rows, m, where=raw)
+    # The light field of a scene has the scene's M.
     elif kept is not None and micro_image is None:
         content = first_light.screen_picture(kept, columns, rows, m, where=str(scene))
     else:

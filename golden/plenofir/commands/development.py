@@ -153,6 +153,7 @@ def _field(
     from plenofir.ground.images import read_picture
 
     hints, calibrated = job.hints, earlier.take("calib.json", marks.calibration, results)
+    # A raster counts only beside the calibration that it was made by.
     complete = calibrated or "calib.json" not in earlier.names.values()
     if complete and earlier.take("aligned.png", marks.field, results):
         if not calibrated:

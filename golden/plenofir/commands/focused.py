@@ -41,6 +41,12 @@ _ANY = 0.3
 _MIDDLE = 4.0
 
 
+CalibOfCapture = Annotated[
+    str | None,
+    typer.Option(help="Calibration file (plenofir calibrate); the picture is then a raw capture."),
+]
+
+
 @dataclass(frozen=True)
 class FocusedOptions:
     """Calibration of focused cameras."""
@@ -181,12 +187,7 @@ def decoded_focused(
 class OfCapture:
     """A raw capture instead of an aligned raw image."""
 
-    calib: Annotated[
-        str | None,
-        typer.Option(
-            help="Calibration file (plenofir calibrate); the picture is then a raw capture."
-        ),
-    ] = None
+    calib: CalibOfCapture = None
 
     def opened(
         self, path: str, hints: "Hints", camera: "CameraData", exposed: str, gamma: float | None
@@ -378,6 +379,7 @@ class Maps(NamedTuple):
         sure = ~np.isnan(self.virtual)
         text = f"depth of {100 * sure.mean():.1f} % of the places"
         if sure.any():
+            # A few wrong matches would stretch the range.
             first, last = np.percentile(self.virtual[sure], [5, 95])
             text += f", v = {first:.2f} to {last:.2f}"
             if self.mm is not None and np.isfinite(self.mm).any():
@@ -434,6 +436,7 @@ def slices_between(field: FocusedField, depth: "FocusedDepth", most: int) -> lis
     import numpy as np
 
     sure = depth.inverse[depth.confidence >= _SURE]
+    # A capture without texture gets a picture as well.
     low, high = np.percentile(sure if sure.size else depth.inverse, _SHARE)
     count = int(min(most, max(1, (high - low) * field.capture.pitch // _ALIKE)))
     if count == 1:

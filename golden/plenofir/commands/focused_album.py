@@ -4,7 +4,7 @@
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from plenofir.commands.album import Album
+from plenofir.commands.album import SURE, Album
 from plenofir.commands.focused import FocusedField, maps_of, sharp, slices_between
 from plenofir.ground.errors import InputError
 
@@ -12,9 +12,6 @@ if TYPE_CHECKING:
     from plenofir.camera.exposure import Exposure
     from plenofir.camera.recognise import Field
     from plenofir.ground.images import Image
-
-# Least probability of a depth that counts.
-_SURE = 0.5
 
 
 def field_of(focal: FocusedField) -> "Field":
@@ -50,7 +47,7 @@ class FocusedAlbum(Album):
         depth = search_depth(
             focal.capture, progress=lambda done, total: self.show("searching depth", done, total)
         )
-        maps = maps_of(focal, depth, _SURE)
+        maps = maps_of(focal, depth, SURE)
         self.show("all in focus", 0, 0)
         self.add("all_in_focus.png", lambda: sharp(focal, depth).pixels, "Sharp everywhere")
         planes = slices_between(focal, depth, most)
@@ -63,8 +60,7 @@ class FocusedAlbum(Album):
             frames.append(
                 self.add(name, partial(self._refocused, inverse), focal.place(v, inverse))
             )
-        around = frames + frames[-2:0:-1]
-        self.animation("focus", lambda: around, "Through the focus", *planes)
+        self.through_focus(frames, *planes)
         maps.save(self.results)
         caption = "Virtual depth; give --camera for mm"
         if maps.mm is not None:

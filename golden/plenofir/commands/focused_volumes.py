@@ -34,6 +34,7 @@ def write_planes(
     options.refuse_used(used, STANDARD)
     planes = _planes(field, *asked)
     voxel, words = _sizes(field, planes)
+    # Full scale of 8 bits becomes that of 16.
     unit = 257 if field.capture.picture.pixels.dtype == np.uint8 else 1
     ends = ", ".join(f"{v:.6g}" for v, _ in planes[:2])
     ends += f", ... {planes[-1][0]:.6g}" if len(planes) > 2 else ""

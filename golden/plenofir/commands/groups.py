@@ -35,6 +35,7 @@ def spread(
         for name, parameter in signature(command).parameters.items()
         for option in (groups[name][0] if name in groups else [parameter])
     ]
+    # Typer reads options from both of these.
     with_options.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     with_options.__annotations__ = {one.name: one.annotation for one in parameters}
     return with_options

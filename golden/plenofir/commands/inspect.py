@@ -358,6 +358,7 @@ def _spots(
             signal = white_signal(
                 image, dark_image, where=file, dark_where=str(dark), full_scale=full_scale
             )
+            # The array may move between pictures, so each has a grid of its own.
             calibration = calibrate(
                 image, dark_image, where=file, dark_where=str(dark), full_scale=full_scale
             )

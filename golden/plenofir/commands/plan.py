@@ -201,6 +201,8 @@ def project(
     loaded = load_scene(scene, device)
     board = board_of(loaded.scene.build.device)
     whole = loaded.scene.build.path != "core" and board is not None and board.flow == "vivado"
+    # Vivado builds a board of its own from the whole scene; other tools and tops get the core
+    # alone.
     if not whole or tool not in (None, "vivado") or top == PARALLEL:
         loaded = load_scene(scene, device, core=True)
     planned = make_plan(loaded)
@@ -230,6 +232,7 @@ def devices() -> None:
         tools = [name for name, tool in TOOLS.items() if device.family in tool.families]
         total = device.total
         amounts = (total.lut, total.flip_flops, total.ramb16, total.dsp)
+        # The first tool is the one that gets a project unasked.
         rows.append((device.name, FAMILIES[device.family].title, *map(str, amounts), *tools[:1]))
     heads = ("device", "family", "LUT", "flip-flops", "block RAM", "multipliers", "project")
     print_table(
@@ -327,7 +330,9 @@ def synth(
         chosen = {planned.scene: planned}
     else:
         cores = {core_name(plan): core_plan(plan) for plan in shipped_plans()}
+        # Cores that take a minute each are synthesised where a scene names them.
         chosen = {name: plan for name, plan in cores.items() if not takes_a_minute(plan)}
+    # Other versions count otherwise: only what these counted is compared.
     recorded_figures = load_record().counted_with(ghdl, yosys)
     rows = []
     with steps_bar("synthesis") as show:

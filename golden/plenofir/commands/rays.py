@@ -79,6 +79,7 @@ def _say_of_camera(model: "RayModel") -> None:
 
 
 def _fraction(a: "Fraction") -> str:
+    # Whole numbers as well, so that programs read one form.
     return f"{a.numerator}/{a.denominator}"
 
 
@@ -256,6 +257,7 @@ def _heights(
     """Heights of a microscope's planes over the plane in focus."""
     from plenofir.camera.rays import MicroscopeModel
 
+    # The model needs two pixels a lens at least.
     model = MicroscopeModel(microscope, micro_image or max(2, microscope.micro_image_size))
     settings = options.focus_settings(a, model.micro_image_size, rounded=False)
     rows: list[dict[str, object]] = []

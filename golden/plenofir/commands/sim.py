@@ -259,6 +259,7 @@ def sim(
     Several focus settings make a sweep, a frame for each; with the engine stack they come out in
     one pass, with a depth index.
     """
+    # Some engines take one pixel a clock only; the first of the others is meant then.
     if core.pixels != "1" and not _was_typed(context, "engine"):
         core = replace(core, engine=engines_with("pixels_per_clock")[0])
     _check(context, capture, core, bench)

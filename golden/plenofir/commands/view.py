@@ -11,7 +11,7 @@ import typer
 
 from plenofir.commands import file_options, options
 from plenofir.commands.console import print_notes, progress_bar
-from plenofir.commands.focused import opened
+from plenofir.commands.focused import CalibOfCapture, opened
 from plenofir.commands.groups import CameraData, LookOptions
 from plenofir.commands.rasters import model_of, read_field, recognised, warn_of_camera
 from plenofir.commands.results import check_file
@@ -67,12 +67,7 @@ def view(
         ),
     ] = None,
     camera: CameraData,
-    calib: Annotated[
-        str | None,
-        typer.Option(
-            help="Calibration file (plenofir calibrate); the picture is then a raw capture."
-        ),
-    ] = None,
+    calib: CalibOfCapture = None,
     source: Annotated[
         str | None,
         typer.Option(

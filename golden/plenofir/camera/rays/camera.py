@@ -58,6 +58,14 @@ SignedLength = Annotated[float, Field(strict=True), AfterValidator(_signed_lengt
 PupilDistance = Annotated[float, Field(strict=True), AfterValidator(_pupil_distance)]
 
 
+def check_micro_image(size: object) -> None:
+    """Refuse an M that no micro image has."""
+    if not isinstance(size, int) or size < 2:
+        raise InputError(
+            f"M = {size!r} is not the size of a micro image; use an integer, 2 or more"
+        )
+
+
 class Part(BaseModel):
     """A part of a description: fields are checked, others refused."""
 

@@ -8,7 +8,7 @@ from typing import Literal, Self
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.camera.rays.camera import Camera
+from plenofir.camera.rays.camera import Camera, check_micro_image
 from plenofir.camera.rays.distances import lens_extension
 from plenofir.camera.rays.precise import CONTEXT, Values, exact
 from plenofir.ground.errors import InputError
@@ -33,10 +33,7 @@ class FocusedCamera:
                 "the exit pupil lies in the micro lenses at this focus", where=self.camera.name
             )
         m = self.micro_image_size
-        if not isinstance(m, int) or m < 2:
-            raise InputError(
-                f"M = {m!r} is not the size of a micro image; use an integer, 2 or more"
-            )
+        check_micro_image(m)
         if self.box is not None and not (isinstance(self.box, int) and 1 <= self.box <= m):
             raise InputError(f"{self.box!r} samples; use an integer from 1 to M = {m}", where="box")
 

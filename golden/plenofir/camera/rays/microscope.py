@@ -37,12 +37,12 @@ from plenofir.camera.rays.camera import (
     Length,
     Part,
     camera_names,
+    check_micro_image,
     checked,
     description,
     microscope_names,
 )
 from plenofir.camera.rays.precise import Values
-from plenofir.ground.errors import InputError
 
 _UM = 1000.0
 # Immersion media end at 1.8 (methylene iodide); the largest magnifications are below 1000.
@@ -127,11 +127,7 @@ class MicroscopeModel:
 
     def __post_init__(self) -> None:
         """Check M."""
-        m = self.micro_image_size
-        if not isinstance(m, int) or m < 2:
-            raise InputError(
-                f"M = {m!r} is not the size of a micro image; use an integer, 2 or more"
-            )
+        check_micro_image(self.micro_image_size)
 
     @property
     def _pixel_slope(self) -> float:

@@ -169,7 +169,7 @@ class RayModel(VirtualCameras):
     @cached_property
     def _lines(self) -> dict[Border, list[_Part]]:
         """D and V of the plane and of the borders of its depth of field."""
-        # Lengths of metres less lengths of metres leave micrometres: decimals, once for each model.
+        # For far planes nearly equal lengths are subtracted: decimals, once for each model.
         lines: dict[Border, list[_Part]] = {border: [] for border in _BORDERS}
         with localcontext(CONTEXT):
             for border, parts in lines.items():
