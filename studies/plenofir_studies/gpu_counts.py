@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Instructions that a GPU's kernel executes, counted in NVIDIA's compiled code without a GPU.
 
-NVRTC gives PTX. One thread of each warp of a block is followed through it: integers are computed,
-shared memory holds what all threads write before the first barrier, and pixels are zeros, so that
-loops and branches that depend on places and not on pixels are taken as on a GPU. A warp counts as
-its first thread, which has no less to do than its others.
+NVRTC gives PTX. The threads of a block are followed through it, from the first barrier that is no
+vote on only one of each warp: integers are computed, and pixels are zeros, so that loops and
+branches that depend on places and not on pixels are taken as on a GPU. A warp counts as its first
+thread, which has no less to do than its others.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -76,7 +76,7 @@ _COMPARED: Mapping[str, Callable[[int, int], bool]] = {
     "ge": lambda a, b: a >= b,
 }
 # What gives no number here: it is counted, and its results are 0.
-_OPAQUE = {"atom", "red", "bar", "barrier", "prmt", "shf", "bfe", "bfi", "dp2a", "dp4a"}
+_OPAQUE = {"atom", "red", "prmt", "shf", "bfe", "bfi", "dp2a", "dp4a"}
 
 
 def _typed(value: int, kind: str) -> int:
@@ -120,34 +120,48 @@ class Kernel:
         return instructions, labels
 
     def executed(
-        self, parameters: Sequence[int], block: tuple[int, int], threads: int, grid: tuple[int, int]
-    ) -> int:
-        """Instructions that the warps of a block execute."""
-        warps = range(0, threads, _WARP)
-        places = [
-            {
-                "%tid.x": first,
-                "%ntid.x": threads,
-                "%ctaid.x": block[0],
-                "%ctaid.y": block[1],
-                "%nctaid.x": grid[0],
-                "%nctaid.y": grid[1],
-            }
-            for first in warps
-        ]
-        memory = dict(self._memory)
-        for thread in range(threads):
-            self._of_thread(parameters, places[0] | {"%tid.x": thread}, memory, "bar.sync")
-        return sum(self._of_thread(parameters, place, memory) for place in places)
-
-    def _of_thread(
         self,
         parameters: Sequence[int],
-        values: dict[str, int],
-        memory: dict[int, int],
-        until: str = "",
+        block: tuple[int, int],
+        threads: int,
+        grid: tuple[int, int],
+        given: Mapping[int, int] | None = None,
     ) -> int:
-        """Instructions that a thread executes, to its end or to the first one of a name."""
+        """Instructions that the warps of a block execute; `given`: numbers in memory."""
+        memory = self._memory | dict(given or {})
+        place = {
+            "%ntid.x": threads,
+            "%ctaid.x": block[0],
+            "%ctaid.y": block[1],
+            "%nctaid.x": grid[0],
+            "%nctaid.y": grid[1],
+        }
+        running = {
+            thread: self._of_thread(parameters, place | {"%tid.x": thread}, memory)
+            for thread in range(threads)
+        }
+        executed = 0
+        vote: int | None = None
+        while running:
+            votes: list[int | None] = []
+            for thread, steps in [*running.items()]:
+                try:
+                    votes.append(steps.send(vote))
+                except StopIteration as end:
+                    executed += end.value * (thread % _WARP == 0)
+                    del running[thread]
+            if None in votes:
+                running = {thread: each for thread, each in running.items() if thread % _WARP == 0}
+            vote = int(any(votes))
+        return executed
+
+    def _of_thread(
+        self, parameters: Sequence[int], values: dict[str, int], memory: dict[int, int]
+    ) -> Generator[int | None, int | None, int]:
+        """Instructions that a thread executes.
+
+        It stops at barriers: with its vote, and goes on with that of all, or with none.
+        """
         instructions, labels = self._lines
         at = 0
         for counted in range(1, _MOST_STEPS):
@@ -158,16 +172,22 @@ class Kernel:
                 if bool(holds) == each.predicate.startswith("!"):
                     continue
             name = each.operation[0]
-            if name in ("ret", "exit") or ".".join(each.operation) == until:
+            if name in ("ret", "exit"):
                 return counted
-            if name == "bra":
+            if each.operation[:2] == ["bar", "red"]:
+                values[each.operands[0]] = (yield self._value(each.operands[-1], values)) or 0
+            elif name in ("bar", "barrier"):
+                yield None
+            elif each.operation[:2] == ["atom", "shared"]:
+                place = self._place(each.operands[1], values)
+                values[each.operands[0]] = memory.get(place, 0)
+                memory[place] = values[each.operands[0]] + self._value(each.operands[2], values)
+            elif name == "bra":
                 at = labels[each.operands[0]]
             elif name in ("ld", "st"):
                 self._moved(each, parameters, values, memory)
             elif name in _OPAQUE:
-                # This one of a warp's threads that vote at a barrier decides.
-                votes = each.operation[:2] == ["bar", "red"]
-                values[each.operands[0]] = self._value(each.operands[-1], values) if votes else 0
+                values[each.operands[0]] = 0
             else:
                 given = [self._value(operand, values) for operand in each.operands[1:]]
                 values[each.operands[0]] = _result(each.operation, given)
@@ -181,6 +201,10 @@ class Kernel:
             return self._tables[operand]
         return int(operand, 0) if re.fullmatch(r"-?\d\w*", operand) else 0
 
+    def _place(self, operand: str, values: Mapping[str, int]) -> int:
+        """An address in brackets."""
+        return sum(self._value(part, values) for part in operand.strip("[]").split("+"))
+
     def _moved(
         self,
         each: _Instruction,
@@ -192,11 +216,10 @@ class Kernel:
         stores = each.operation[0] == "st"
         of_registers, place_of = each.operands[::-1] if stores else each.operands
         registers = re.findall(r"-?[%\w.]+", of_registers)
-        inside = place_of.strip("[]")
-        if number := re.search(r"_param_(\d+)", inside):
+        if number := re.search(r"_param_(\d+)", place_of):
             values[registers[0]] = parameters[int(number[1])]
             return
-        place = sum(self._value(part, values) for part in inside.split("+"))
+        place = self._place(place_of, values)
         for n, register in enumerate(registers):
             if stores:
                 memory[place + 4 * n] = self._value(register, values)

@@ -10,6 +10,7 @@ import json
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
+from math import prod
 from time import process_time
 from typing import Any
 
@@ -17,7 +18,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.refocus import first_calls, refocus_stack, sharpest_slices
-from plenofir.refocus.gpu.constants import LENS_THREADS, depth_source, source, tiles_of
+from plenofir.refocus.gpu.constants import LENS_TILE, depth_source, lens_grid, source, tiles_of
 from plenofir.refocus.sharpness import Search
 from plenofir.refocus.slices import Slice
 from plenofir_studies import DATA
@@ -100,41 +101,47 @@ class _Tiles:
         self._grid = tiles[0].blocks(len(slices), slices[0].region)
         self._blocks = self._grid[0] * self._grid[1] // len(slices)
 
-    def of(self, number: int, sums: int = 0, sharpest: int = 0, first_slice: int = 0) -> int:
-        """Instructions for one slice."""
+    def of(self, number: int, sums: int = 0, sharpest: int = 0, of_lenses: int = 0) -> int:
+        """Instructions for one slice; lenses take any of the first `of_lenses`."""
         rows, columns = self._slices[0].shape[:2]
         across, down = self._grid
         block = across // len(self._slices) // 2 * len(self._slices) + number, down // 2
-        numbers = rows, columns, 0, rows, 0, columns, first_slice
+        numbers = rows, columns, 0, rows, 0, columns, 0
         pointers = _FRAME, _OUT, 0, 0, sums, sharpest
-        one = self._kernel.executed((*pointers, *numbers), block, self._threads, self._grid)
+        taken = {}
+        if of_lenses:
+            lenses = -(-rows // M) * -(-columns // M)
+            drawn = np.random.default_rng(0).integers(0, of_lenses, lenses)
+            taken = dict(enumerate(drawn.tolist(), sharpest))
+        one = self._kernel.executed((*pointers, *numbers), block, self._threads, self._grid, taken)
         return one * self._blocks
 
     def pictures(self) -> int:
         """All slices as pictures."""
         return sum(map(self.of, range(len(self._slices))))
 
-    def depth(self) -> tuple[int, int, int]:
-        """Depth index; picture in focus where lenses of a tile need each slice, and none."""
+    def depth(self, needed: int) -> int:
+        """Depth and the picture in focus, where the lenses of a tile take `needed` slices."""
         numbers = range(len(self._slices))
         sums = sum(self.of(n, sums=_MORE) for n in numbers)
-        # Memory holds zeros, so the slice that counts as number 0 is the one that lenses need.
-        needed = sum(self.of(n, sharpest=_MORE, first_slice=-n) for n in numbers)
-        left = sum(self.of(n, sharpest=_MORE, first_slice=1) for n in numbers)
-        return sums + self._lenses(), needed, left
+        return (
+            sums
+            + self._lenses()
+            + sum(self.of(n, sharpest=_MORE, of_lenses=needed) for n in numbers)
+        )
 
     def _lenses(self) -> int:
         """The search for the sharpest slice, and the vote."""
         shifts = tuple(each.shift for each in self._slices)
         text = compiled(depth_source(self._slices, Search(1, 1, _VOTE, shifts)))
         rows, columns = (-(-length // M) for length in self._slices[0].shape[:2])
-        grid = -(-rows * columns // LENS_THREADS), 1
-        block = grid[0] // 2, 0
-        return grid[0] * sum(
+        grid = lens_grid(self._slices)
+        block = grid[0] // 2, grid[1] // 2
+        return prod(grid) * sum(
             Kernel(text, name).executed(
                 (*(_MORE + (n << 40) for n in range(pointers)), rows, columns),
                 block,
-                LENS_THREADS,
+                prod(LENS_TILE),
                 grid,
             )
             for name, pointers in (("find_sharpest", 5), ("vote", 3), ("fill", 3))
@@ -168,12 +175,10 @@ def predict(
     stack = _Tiles(slices)
     work = f"{numbers} slices, grey, 8 bit"
     frames.append(_predicted(work, stack.pictures(), slices, _cpu_stack(slices)))
-    sums, needed, left = stack.depth()
     cpu = _cpu_depth(slices)
-    for share, words in ((4, "a quarter"), (1, "each")):
+    for needed, words in ((numbers // 4 or 1, "a quarter"), (numbers, "each")):
         work = f"depth and in focus of {numbers} slices, where tiles need {words} of them"
-        counted = sums + needed // share + left - left // share
-        frames.append(_predicted(work, counted, slices, cpu, passes=2))
+        frames.append(_predicted(work, stack.depth(needed), slices, cpu, passes=2))
     return frames
 
 
@@ -238,7 +243,8 @@ def page(recorded: Recorded) -> list[str]:
         "gpu` counts what its warps execute, and they execute as many instructions a second as a "
         f"trial's kernel did on that card ({TRIAL / 1e9:.0f} 10^9, from four settings that differ "
         "by 4 %). Bytes take as long as in a copy. Kernels that overlap better or worse than the "
-        "trial's differ from it. Pixels are those of all slices.",
+        "trial's differ from it. Pixels are those of all slices; for depth, lenses take theirs of "
+        "the needed slices at random.",
         "",
         *table(
             heads,

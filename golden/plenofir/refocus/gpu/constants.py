@@ -24,8 +24,8 @@ _BOTH = True, False
 _WORD = 4
 # Words with the last samples of a picture are read with the one behind them.
 _BEHIND_BYTES = 2 * _WORD
-LENS_THREADS = 128
-"""Threads of a block that works on lenses."""
+LENS_TILE = 16, 16
+"""Rows and columns of the lenses that a block has, a thread for each."""
 
 
 def _warm_steps(slice_: Slice) -> int:
@@ -169,7 +169,11 @@ def _tile(
     samples = height * channels
     line_bytes = 2 * _WORD if packed else _BYTES[offset_type]
     lines = -(-line_bytes * run_steps(slice_, height) // 16) * 16
-    shared = lines + samples * (held * column_bytes + width * pixel_bytes) + _BEHIND_BYTES
+    m = slice_.micro_image_size
+    # The picture, or in its place a number for each lens that the tile cuts, and one more.
+    lenses = ((height + m - 2) // m + 1) * (width // m) if slice_.upsample else 0
+    behind_sums = max(samples * width * pixel_bytes, _WORD * (1 + lenses))
+    shared = lines + samples * held * column_bytes + behind_sums + _BEHIND_BYTES
     if shared > shared_limit:
         return None
     # Threads without work wait for the others.
@@ -215,7 +219,10 @@ def tiles_of(slices: Sequence[Slice], shared_limit: int) -> list[Tile] | None:
     segments = -(-outputs // segment)
     widths = sorted({segment * -(-segments // parts) for parts in range(1, segments + 1)})
     best: list[Tile] | None = None
-    for width, height, threads in product(widths, _ROW_CHOICES, _THREAD_CHOICES):
+    # In whole lenses, so that a lens of a stack lies in one tile, and in pairs of rows.
+    m = slices[0].micro_image_size
+    heights = sorted({*_ROW_CHOICES, *range(lcm(2, m), _ROW_CHOICES[-1] + 1, lcm(2, m))})
+    for width, height, threads in product(widths, heights, _THREAD_CHOICES):
         tiles = []
         for slice_ in slices:
             both = (_tile(slice_, width, padded, height, threads, shared_limit) for padded in _BOTH)
@@ -261,7 +268,8 @@ def depth_source(slices: Sequence[Slice], search: Search) -> str:
     steps = [1, *(abs(b - a) for a, b in pairwise(shifts or range(count))), 1]
     numbers = {
         "int SLICES": count,
-        "int THREADS": LENS_THREADS,
+        "int TILE_ROWS": LENS_TILE[0],
+        "int TILE_COLUMNS": LENS_TILE[1],
         "int RADIUS": search.radius,
         "int VOTE_RADIUS": search.vote_radius,
         "int LEAST": search.confidence,
@@ -270,8 +278,20 @@ def depth_source(slices: Sequence[Slice], search: Search) -> str:
         f"int WEIGHT[{count}]": f"{{{', '.join(map(str, weights))}}}",
         f"int STEPS[{count + 1}]": f"{{{', '.join(map(str, steps))}}}",
     }
-    head = [f"constexpr {name} = {value};" for name, value in numbers.items()]
+    one = slices[0]
+    # Luma counts green twice; a Laplacian has four differences.
+    luma = one.white * one.micro_image_size**2 * (4 if one.channels > 1 else 1)
+    most = 4 * luma * (2 * search.radius + 1) ** 2 * max(weights)
+    head = [f"typedef {'int' if most >> 31 == 0 else 'long long'} Sharpness;"]
+    head += [f"constexpr {name} = {value};" for name, value in numbers.items()]
     return "\n".join([*head, _text("depth.cu")])
+
+
+def lens_grid(slices: Sequence[Slice]) -> tuple[int, int]:
+    """Blocks beside each other and below each other that have all lenses."""
+    one = slices[0]
+    rows, columns = (-(-length // one.micro_image_size) for length in one.shape[:2])
+    return -(-columns // LENS_TILE[1]), -(-rows // LENS_TILE[0])
 
 
 def _pixel(slice_: Slice) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 
 from plenofir.ground import compiling
 from plenofir.ground.kept_code import Files, KeptCode
-from plenofir.refocus.gpu.constants import LENS_THREADS, depth_source, source, tiles_of
+from plenofir.refocus.gpu.constants import LENS_TILE, depth_source, lens_grid, source, tiles_of
 from plenofir.refocus.sharpness import Search
 from plenofir.refocus.slices import Slice
 
@@ -198,7 +198,7 @@ def run_depth(slices: Sequence[Slice], search: Search, at: Depth, stream: int, d
             ("vote", (at.best, at.textured, at.voted)),
             ("fill", (at.best, at.voted, at.filled)),
         ]
-    config = LaunchConfig(-(-rows * columns // LENS_THREADS), block=LENS_THREADS)
+    config = LaunchConfig(lens_grid(slices), block=prod(LENS_TILE))
     for name, addresses in kernels:
         kernel = code.get_kernel(name)
         launch(Stream(stream), config, kernel, *addresses, np.int32(rows), np.int32(columns))

@@ -7,7 +7,9 @@
 // 1. A thread runs down a column of samples and keeps moving sums; they go to shared memory.
 // 2. A thread runs along a segment of a line of these sums and divides; quotients go to shared memory.
 // 3. Threads copy the tile to the picture, neighbours side by side. For the depth index of a stack they add the pixels of
-//    each lens instead, or copy only lenses that are sharpest in this slice.
+//    each lens instead.
+//
+// For the picture in focus step 2 makes only lines of lenses that are sharpest in this slice, straight to the picture.
 //
 // Words of 32 bits hold several samples or sums, as far as these are short: step 1 takes four samples a thread (PACKED)
 // and puts its sums for two rows side by side, which step 2 takes together (PAIRED). Sharpened sums have a word each.
@@ -106,19 +108,29 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
     const int column0 = (column_start / SEGMENT) * SEGMENT + tile_column * TILE_COLUMNS;
     const int row_outputs = rows / STEP, column_outputs = columns / STEP;
     if (NORMALISED) reached_rows += number * row_outputs, reached_columns += number * column_outputs;
-    // Lenses of the tile in a line of lenses, and lines of lenses that it may cut.
-    constexpr int LENSES = STEP == 1 ? TILE_COLUMNS / M : 0, LENS_ROWS = (TILE_ROWS + M - 2) / M + 1;
+    // Lenses of the tile in a line of lenses, and lines of lenses that it may cut where it belongs to a whole picture.
+    constexpr int LENSES = STEP == 1 ? TILE_COLUMNS / M : 0;
+    constexpr int LENS_ROWS = TILE_ROWS % M == 0 ? TILE_ROWS / M : (TILE_ROWS + M - 2) / M + 1;
     const int lens_columns = (columns + M - 1) / M, first_lens = column0 / M;
+    // Behind the sums the tile's picture, or in its place numbers of the lenses that come from this slice.
+    ColumnSum* const sums = (ColumnSum*)(memory + ENTERING_BYTES);
+    Pixel* const picture = (Pixel*)(sums + TILE_ROWS * HELD_COLUMNS * CHANNELS);
+    int* const chosen = (int*)picture + 1;
+    int& chosen_lenses = chosen[-1];
     if (sharpest) {
-        int here = 0;
-        for (int part = thread; part < LENS_ROWS * LENSES; part += THREADS) {
+        const auto is_chosen = [&](int part) {
             const int t = row0 / M + part / LENSES, s = first_lens + part % LENSES;
-            if (t * M < rows && s < lens_columns) here |= sharpest[t * lens_columns + s] == first_slice + number;
-        }
+            return t * M < rows && s < lens_columns && sharpest[t * lens_columns + s] == first_slice + number;
+        };
+        bool here = false;
+        for (int part = thread; part < LENS_ROWS * LENSES; part += THREADS) here |= is_chosen(part);
+        if (thread == 0) chosen_lenses = 0;
         if (!__syncthreads_or(here)) return;
+        for (int part = thread; here && part < LENS_ROWS * LENSES; part += THREADS)
+            if (is_chosen(part)) chosen[atomicAdd(&chosen_lenses, 1)] = part;
     }
     // By step the line that enters the sums of columns, with PACKED as Words has its place; where several do, the row of
-    // the first one. Behind them sums of columns, and the tile's picture.
+    // the first one.
     Offset* const entering = (Offset*)memory;
     // Columns of sums that the tile holds.
     int origin = STEP * column0 - LOW, end = STEP * (column0 + TILE_COLUMNS - 1) + HIGH + 1;
@@ -128,12 +140,10 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
     }
     if (PACKED) origin &= ~3;
     const int width = end > origin ? (end - origin) * CHANNELS : 0;
-    ColumnSum* const sums = (ColumnSum*)(memory + ENTERING_BYTES);
     Words words;
     words.ahead = unsigned((unsigned long long)x & 3);
     words.first = (const unsigned*)((const unsigned char*)x - words.ahead);
     words.end = words.first + ((long long)rows * pitch + words.ahead + 3) / 4;
-    Pixel* const picture = (Pixel*)(sums + TILE_ROWS * HELD_COLUMNS * CHANNELS);
     for (int i = thread; i < ROW_STEPS; i += THREADS) {
         const int place = first_place(row0) + STEP * i, view = FIRST_VIEW[rest_of(place)];
         const int row = view < 0 ? NO_ROW : place - view * (SHIFT - 1);
@@ -213,25 +223,18 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
     }
     __syncthreads();
 
-    constexpr int SEGMENTS = TILE_COLUMNS / SEGMENT;
+    // Sums for some neighbouring outputs of a line, or of two, from a whole lens on.
     constexpr int TOGETHER = PAIRED ? 2 : 1;
     typedef Chosen<PAIRED, unsigned, LineSum>::Type Sum;
     typedef Chosen<PAIRED, unsigned, ColumnSum>::Type Held;
-    for (int part = thread; part < TILE_ROWS / TOGETHER * SEGMENTS * CHANNELS; part += THREADS) {
-        // Neighbours take the same segment, so that few warps have a border and places inside.
-        constexpr int LINES = TILE_ROWS / TOGETHER;
-        const int channel = part % CHANNELS, segment = part / CHANNELS / LINES;
-        const int r = part / CHANNELS % LINES * TOGETHER, first = column0 + segment * SEGMENT, row = row0 + r;
-        if (row >= row_stop || first >= column_stop) continue;
+    const auto sum_line = [&](auto outputs, int r, int first, int channel, auto store) {
+        constexpr int OUTPUTS = decltype(outputs)::value;
         // In constant places the compiler sees that first is a whole number of lenses.
         const int place0 = first_place(WHOLE_LENSES ? 0 : first);
         const int lens0 = (WHOLE_LENSES ? STEP * first : 0) - origin;
         constexpr int HELD_BESIDE = ROWS_A_WORD / TOGETHER;
         const Held* const line = (const Held*)(sums + r % ROWS_A_WORD) +
                                  ((r / ROWS_A_WORD * HELD_COLUMNS + lens0) * CHANNELS + channel) * HELD_BESIDE;
-        Pixel* const target = picture + (r * TILE_COLUMNS + segment * SEGMENT) * CHANNELS + channel;
-        const LineSum row_weight = NORMALISED ? LineSum(reached_rows[row]) * SCALE * SCALE : 1;
-        unsigned upper[4], lower[4];
         const auto entering_column = [&](int i) {
             Sum sum = 0;
             const int place = place0 + STEP * i, first_view = FIRST_VIEW[rest_of(place)];
@@ -246,12 +249,65 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
         const auto inside_columns = [&](int k) {
             return k >= 0 && k < column_outputs && (!NORMALISED || reached_columns[k] == FULL);
         };
-        const auto divide = [&](int i, Sum sum) {
+        constexpr Sum start = PAIRED ? 0 : START;
+        if (ORDER + SIDE == 0 || inner(first, OUTPUTS, column_outputs))
+            run_of_sums<Sum, OUTPUTS, true>(first, column_outputs, entering_column, inside_columns, store, start);
+        else
+            run_of_sums<Sum, OUTPUTS, false>(first, column_outputs, entering_column, inside_columns, store, start);
+    };
+    // Quotients of a pair of sums, in the highest bytes. Exact: numbers have 16 bits, and what the inverse has too much is
+    // below its divisor, of 8 bits.
+    constexpr unsigned PAIR_INVERSE = PAIRED ? unsigned(((1 << 24) + WHOLE - 1) / WHOLE) : 0;
+    constexpr unsigned PAIR_HALF = PAIRED ? unsigned(WHOLE / 2) * PAIR_INVERSE : 0;
+    const auto upper_of = [](unsigned sum) { return (sum & 0xffff) * PAIR_INVERSE + PAIR_HALF; };
+    const auto lower_of = [](unsigned sum) { return (sum >> 16) * PAIR_INVERSE + PAIR_HALF; };
+    const auto pixel_of = [&](LineSum sum, int row, int k) {
+        LineSum weight = 1;
+        if (NORMALISED && k < column_outputs)
+            weight = LineSum(reached_rows[row]) * SCALE * SCALE * LineSum(reached_columns[k]);
+        return quotient(sum, weight);
+    };
+
+    if (sharpest) {
+        // A thread makes a line of a lens, or two.
+        constexpr int LENS_LINES = PAIRED ? M / 2 + 1 : M;
+        constexpr int LINES = TILE_ROWS / TOGETHER < LENS_LINES ? TILE_ROWS / TOGETHER : LENS_LINES;
+        const int parts = chosen_lenses * LINES * CHANNELS;
+        for (int part = thread; part < parts; part += THREADS) {
+            const int channel = part % CHANNELS, lens = chosen[part / CHANNELS / LINES];
+            const int top = (row0 / M + lens / LENSES) * M - row0, left = column0 + lens % LENSES * M;
+            const int r = (top > 0 ? top / TOGETHER * TOGETHER : 0) + part / CHANNELS % LINES * TOGETHER;
+            const int bottom = top + M < rows - row0 ? top + M : rows - row0;
+            if (r >= TILE_ROWS || r >= bottom) continue;
+            const int right = left + M < columns ? M : columns - left;
+            Pixel* const to = out + (Offset(row0 + r) * columns + left) * CHANNELS + channel;
+            const bool has_upper = r >= top, has_lower = r + 1 < bottom;
+            sum_line(Number<M>(), r, left, channel, [&](int i, Sum sum) {
+                if (i >= right) return;
+                if constexpr (PAIRED) {
+                    if (has_upper) to[i * CHANNELS] = upper_of(sum) >> 24;
+                    if (has_lower) to[pitch + i * CHANNELS] = lower_of(sum) >> 24;
+                } else {
+                    to[i * CHANNELS] = pixel_of(sum, row0 + r, left + i);
+                }
+            });
+        }
+        return;
+    }
+
+    constexpr int SEGMENTS = TILE_COLUMNS / SEGMENT;
+    for (int part = thread; part < TILE_ROWS / TOGETHER * SEGMENTS * CHANNELS; part += THREADS) {
+        // Neighbours take the same segment, so that few warps have a border and places inside.
+        constexpr int LINES = TILE_ROWS / TOGETHER;
+        const int channel = part % CHANNELS, segment = part / CHANNELS / LINES;
+        const int r = part / CHANNELS % LINES * TOGETHER, first = column0 + segment * SEGMENT, row = row0 + r;
+        if (row >= row_stop || first >= column_stop) continue;
+        Pixel* const target = picture + (r * TILE_COLUMNS + segment * SEGMENT) * CHANNELS + channel;
+        unsigned upper[4], lower[4];
+        sum_line(Number<SEGMENT>(), r, first, channel, [&](int i, Sum sum) {
             if constexpr (PAIRED) {
-                // Exact: numbers have 16 bits, and what the inverse has too much is below its divisor, of 8 bits.
-                constexpr unsigned inverse = unsigned(((1 << 24) + WHOLE - 1) / WHOLE), half = WHOLE / 2 * inverse;
-                upper[i % 4] = (sum & 0xffff) * inverse + half;
-                lower[i % 4] = (sum >> 16) * inverse + half;
+                upper[i % 4] = upper_of(sum);
+                lower[i % 4] = lower_of(sum);
                 if constexpr (CHANNELS == 1) {
                     if (i % 4 < 3) return;
                     *(unsigned*)(target + i - 3) = highest_bytes(upper);
@@ -261,19 +317,13 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
                     target[(TILE_COLUMNS + i) * CHANNELS] = lower[i % 4] >> 24;
                 }
             } else {
-                const int k = first + i;
-                const LineSum weight = NORMALISED && k < column_outputs ? row_weight * LineSum(reached_columns[k]) : 1;
-                target[i * CHANNELS] = quotient(sum, weight);
+                target[i * CHANNELS] = pixel_of(sum, row, first + i);
             }
-        };
-        if (ORDER + SIDE == 0 || inner(first, SEGMENT, column_outputs))
-            run_of_sums<Sum, SEGMENT, true>(first, column_outputs, entering_column, inside_columns, divide);
-        else
-            run_of_sums<Sum, SEGMENT, false>(first, column_outputs, entering_column, inside_columns, divide);
+        });
     }
     __syncthreads();
 
-    if (lens_sums || sharpest) {
+    if (lens_sums) {
         // Each lens, as far as it lies in the tile.
         for (int part = thread; part < LENS_ROWS * LENSES; part += THREADS) {
             const int t = row0 / M + part / LENSES, lens = part % LENSES, left = column0 + lens * M;
@@ -285,20 +335,8 @@ __device__ __forceinline__ void tile(int number, int first_slice, int tile_colum
             if (top >= bottom || right <= 0) continue;
             const int place = t * lens_columns + first_lens + lens;
             const Pixel* from = picture + (top * TILE_COLUMNS + lens * M) * CHANNELS;
-            if (lens_sums) {
-                const unsigned long long sum = luma(from, bottom - top, right * CHANNELS);
-                atomicAdd(lens_sums + (long long)number * ((rows + M - 1) / M) * lens_columns + place, sum);
-            } else if (sharpest[place] == first_slice + number) {
-                Pixel* to = out + (Offset(row0 + top) * columns + left) * CHANNELS;
-                for (int r = top; r < bottom; r++, from += TILE_COLUMNS * CHANNELS, to += columns * CHANNELS) {
-                    if (right == M) {
-#pragma unroll (UNROLLED ? LENS_SAMPLES : 1)
-                        for (int i = 0; i < LENS_SAMPLES; i++) to[i] = from[i];
-                    } else {
-                        for (int i = 0; i < right * CHANNELS; i++) to[i] = from[i];
-                    }
-                }
-            }
+            const unsigned long long sum = luma(from, bottom - top, right * CHANNELS);
+            atomicAdd(lens_sums + (long long)number * ((rows + M - 1) / M) * lens_columns + place, sum);
         }
         return;
     }

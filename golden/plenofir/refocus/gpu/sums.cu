@@ -46,15 +46,15 @@ __device__ inline Sum sharpened(Sum middle, Sum beside)
 
 // Sums for OUTPUTS neighbouring outputs from `first` on, of a line of `length` outputs.
 // entering(i) is the sum of the pixels at the i-th place; inside(k) says whether all views reach output k, unless the run
-// is INNER; store(i, sum) takes the i-th result.
+// is INNER; store(i, sum) takes the i-th result, which has `start` more for each of its weights.
 template <class Sum, int OUTPUTS, bool INNER, class Entering, class Inside, class Store>
-__device__ inline void run_of_sums(int first, int length, Entering entering, Inside inside, Store store)
+__device__ inline void run_of_sums(int first, int length, Entering entering, Inside inside, Store store, Sum start = 0u)
 {
     constexpr int STEPS = OUTPUTS + 2 * LENS + WARM_STEPS;
     Sum ring[ORDER + 1][RING], total[ORDER + 1], waiting[SIDE ? 2 * LENS : 1];
 #pragma unroll
     for (int stage = 0; stage <= ORDER; stage++) {
-        total[stage] = 0;
+        total[stage] = stage == ORDER ? start : Sum(0u);
 #pragma unroll (UNROLLED ? RING : 1)
         for (int i = 0; i < RING; i++) ring[stage][i] = 0;
     }
@@ -103,27 +103,34 @@ constexpr int WHOLE_BITS = bits_of(WHOLE - 1);
 
 __device__ inline bool weight_is_whole(LineSum weight) { return !NORMALISED || weight == WHOLE; }
 
-// A sum over its weight, rounded, halves up, and limited to 0 .. WHITE.
+__device__ inline int limited(int number, int most) { return __vimin_s32_relu(number, most); }
+__device__ inline long long limited(long long number, long long most)
+{
+    return number < 0 ? 0 : number > most ? most : number;
+}
+
+// What sums of a line begin with, so that they have half of their divisor; those with a weight of their own get it later.
+constexpr LineSum START = NORMALISED ? 0 : WHOLE / 2 / SCALE;
+
+// A sum from START on over its weight, rounded, halves up, and limited to 0 .. WHITE.
 __device__ inline Pixel quotient(LineSum sum, LineSum weight)
 {
     if (NORMALISED && weight == 0) return 0;
+    const bool whole = weight_is_whole(weight);
+    const LineSum divisor = whole ? WHOLE : weight, half = divisor / 2;
+    if (NORMALISED) sum += half;
     // Only sharpened sums exceed what pixels have.
-    if (SIDE) {
-        const LineSum white = weight_is_whole(weight) ? WHITE * WHOLE : WHITE * weight;
-        sum = sum < 0 ? 0 : sum > white ? white : sum;
-    }
+    if (SIDE) sum = limited(sum, WHITE * divisor + half);
     LineSum result;
-    if (!weight_is_whole(weight)) {
-        result = (sum + weight / 2) / weight;
-    } else if constexpr (sizeof(LineSum) == 8 || WHOLE == 1) {
-        result = (sum + WHOLE / 2) / WHOLE;
+    if (!whole || sizeof(LineSum) == 8 || WHOLE == 1) {
+        result = sum / divisor;
     } else {
         // Exact for numbers of 31 bits (Granlund and Montgomery, 1994): the compiler, which does not know that there is
         // no sign, takes two instructions more.
         // Compilers check this branch for wide sums too, where a shift by 64 bits would be an error.
         constexpr int bits = sizeof(LineSum) == 8 ? 0 : WHOLE_BITS;
         constexpr unsigned inverse = ((1ull << (31 + bits)) + WHOLE - 1) / WHOLE;
-        result = unsigned(unsigned(sum + WHOLE / 2) * (unsigned long long)inverse >> 32) >> (WHOLE_BITS - 1);
+        result = unsigned(unsigned(sum) * (unsigned long long)inverse >> 32) >> (WHOLE_BITS - 1);
     }
     return Pixel(result);
 }

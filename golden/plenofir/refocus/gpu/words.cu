@@ -7,6 +7,11 @@ struct Constant {
     static constexpr bool value = VALUE;
 };
 
+template <int VALUE>
+struct Number {
+    static constexpr int value = VALUE;
+};
+
 template <bool FIRST, class First, class Second>
 struct Chosen {
     typedef Second Type;

@@ -64,6 +64,12 @@ static unsigned __funnelshift_l(unsigned low, unsigned high, int bits)
     return unsigned(((unsigned long long)high << 32 | low) << (bits & 31) >> 32);
 }
 
+static int __vimin_s32_relu(int a, int b)
+{
+    const int least = a < b ? a : b;
+    return least < 0 ? 0 : least;
+}
+
 static unsigned __dp4a(unsigned bytes, unsigned weights, unsigned sum)
 {
     for (int n = 0; n < 32; n += 8) sum += (bytes >> n & 0xff) * (weights >> n & 0xff);
@@ -85,9 +91,11 @@ static unsigned __byte_perm(unsigned low, unsigned high, unsigned chosen)
 }
 
 template <class Number>
-static void atomicAdd(Number* to, Number more)
+static Number atomicAdd(Number* to, Number more)
 {
+    const Number before = *to;
     *to += more;
+    return before;
 }
 
 static void (*work)();
