@@ -80,6 +80,8 @@ class BentFit:
     # What each of the model's factors adds to its coefficients, shape (coefficients, 2, factors).
     basis: Floats
     factors: Floats  # factors of the model's terms, in pixels
+    # Weight of each factor's prior beside that of lenses.
+    pulls_back: Floats
     fixed: Floats  # The coefficients if all factors are 0.
     weights: Floats  # Robust weights of the lenses; 0 for lenses that were not drawn.
     scatter: float  # Robust standard deviation of the lenses from the model in pixels.
@@ -259,6 +261,8 @@ class Lenses:
             order=made,
             basis=basis,
             factors=factors,
+            pulls_back=(compared.noise + compared.common)
+            * self._precisions(model.groups)[: len(part)],
             fixed=fixed,
             weights=weights,
             scatter=scatter,

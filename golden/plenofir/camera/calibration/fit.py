@@ -227,6 +227,7 @@ def _fit(
         raise no_grid("lenses neither square nor hexagonal")
     times = _REPEATED_LARGE if fitter.large else _REPEATED
     again = times * fitter.repeated(_NARROWER)
+    together = np.concatenate([fitter.followed(fitter.shared_moves()), again], axis=-1)
     evidence = Evidence(
         missing_share=0.0,
         scatter_share=fitter.scatter / pitch,
@@ -237,19 +238,15 @@ def _fit(
         cell_margin=margin,
         order_gains_px=fitter.bent.gains,
         untried_orders=fitter.bent.untried,
-        pitch_error_px=pitch_error(fitter, again),
+        pitch_error_px=pitch_error(fitter, together),
     )
     fit = _finish(fitter, used, evidence)
     inside = ~np.isnan(fit.brightness)
     t, s = np.nonzero(inside)
     points = (fit.grid.lattice(t, s) - fit.grid.middle) / fit.grid.scale
     terms = polynomial_terms(points, fitter.bent.covariance_order)
-    # `fit.grid` counts from the top left.
-    first = np.rint(np.array(fitter.grid.middle) - fit.grid.middle).astype(np.int64)
-    centres = fit.grid.centres(t, s)
-    shared = (fitter.shared_errors(t + first[0], s + first[1], centres) ** 2).sum(axis=1)
-    shifts = polynomial_terms(points, fitter.grid.order) @ again
-    shared += (shifts**2).sum(axis=1)
+    shifts = np.einsum("nc,cak->nak", polynomial_terms(points, fitter.grid.order), together)
+    shared = (shifts**2).sum(axis=(1, 2))
     # With few lenses the standard error itself is uncertain.
     freedom = max(1.0, 2 * float((fitter.weights > 0).sum()) - len(fitter.bent.factors))
     sure = 1 + _SURE / np.sqrt(2 * freedom)
@@ -281,10 +278,11 @@ def _fit(
     return replace(fit, evidence=complete)
 
 
-def pitch_error(fitter: GrowingFit, again: Floats) -> float:
+def pitch_error(fitter: GrowingFit, together: Floats) -> float:
     """Standard error of `Grid.lens_pitch`.
 
-    The covariance of the grid's linear terms, and what the second measurement changes of them.
+    The covariance of the grid's linear terms, and what errors of all lenses `together` change of
+    them.
     """
     vectors = fitter.grid.vectors
     (down_y, down_x), (right_y, right_x) = vectors
@@ -292,7 +290,8 @@ def pitch_error(fitter: GrowingFit, again: Floats) -> float:
     slopes = np.array([[right_x, -down_x], [-right_y, down_y]])
     linear = fitter.covariance[:, 1:3, :, 1:3] / fitter.grid.scale**2
     variance = float(np.einsum("ai,aibj,bj->", slopes, linear, slopes))
-    variance += float(np.einsum("ai,ia->", slopes, again[1:3] / fitter.grid.scale)) ** 2
+    shifts = np.einsum("ai,iak->k", slopes, together[1:3] / fitter.grid.scale)
+    variance += float((shifts**2).sum())
     area = abs(float(np.linalg.det(vectors)))
     return float(fitter.grid.lens_pitch * np.sqrt(max(variance, 0.0)) / (2 * area))
 

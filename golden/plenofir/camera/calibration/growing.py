@@ -24,7 +24,6 @@ from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
     extents,
     order_of,
-    shading_at,
     unit_positions,
 )
 from plenofir.camera.calibration.white import (
@@ -173,12 +172,21 @@ class GrowingFit(WhiteImage):
             places = self.drawn_grid.positions(self.fitted)
             again -= self.measure(self.redrawn, places, share) - places
         self.stretch = stretch
+        return self.followed((again - self.measured)[..., np.newaxis])
+
+    def followed(self, moves: Floats) -> Floats:
+        """What the grid's coefficients change if measured centres move, pixels.
+
+        `moves`: shape (lenses, 2, n) for n errors. Result: shape (coefficients, 2, n).
+        """
+        grid = self.grid
         terms = polynomial_terms((self.fitted - grid.middle) / grid.scale, grid.order)
         design = np.einsum("nt,tap->nap", terms, self.bent.basis)
-        root = np.sqrt(self.weights)[:, np.newaxis]
-        design = (design * root[..., np.newaxis]).reshape(-1, design.shape[-1])
-        moved = ((again - self.measured) * root).ravel()
-        return np.asarray(self.bent.basis @ np.linalg.lstsq(design, moved, rcond=None)[0])
+        design = design.reshape(-1, design.shape[-1])
+        weighted = (design * self.weights.repeat(2)[:, np.newaxis]).T
+        system = weighted @ design + np.diag(self.bent.pulls_back)
+        changes = np.linalg.lstsq(system, weighted @ moves.reshape(len(design), -1), rcond=None)[0]
+        return np.asarray(self.bent.basis @ changes)
 
     def frame(self) -> Frame:
         """The even grid that approximates this one in the middle of the image."""
@@ -228,37 +236,53 @@ class GrowingFit(WhiteImage):
         self.covariance = self.own + doubt
         self.grid = grid.model_copy(update={"coefficients": tuple(map(tuple, coefficients))})
 
-    def shared_errors(self, t: Indices, s: Indices, centres: Floats) -> Floats:
-        """Errors of centres that the scatter does not show, (y, x) in pixels."""
+    def shared_moves(self) -> Floats:
+        """Errors of measured centres that many lenses have in common, (y, x) in pixels.
+
+        Result: shape (lenses, 2, errors); each error moves all lenses at once, and the errors are
+        independent of each other.
+        """
         # The light's slope moves centroids, and the correction for it is uncertain.
+        centres = self.grid.positions(self.fitted)
         if self.shading is None:
-            return np.zeros_like(centres)
-        steps = np.eye(2) * 0.5
-        slopes = np.stack(
+            return np.zeros((*centres.shape, 0))
+        order, steps = order_of(self.shading), np.eye(2) * 0.5
+        high, low = (
+            [unit_positions(centres + step, self.shape) for step in sign * steps]
+            for sign in (1, -1)
+        )
+        terms = np.stack(
             [
-                np.log(shading_at(self.shading, centres + step, self.shape))
-                - np.log(shading_at(self.shading, centres - step, self.shape))
-                for step in steps
+                polynomial_terms(ahead, order) - polynomial_terms(behind, order)
+                for ahead, behind in zip(high, low, strict=True)
+            ],
+            axis=1,
+        )
+        share = _UNSURE_LIGHT if self.clipped is None else _UNSURE_CLIPPED
+        values, vectors = np.linalg.eigh(self.unsure_light)
+        slopes = np.concatenate(
+            [
+                terms @ (vectors * np.sqrt(np.maximum(values, 0.0))),
+                share * (terms @ self.shading)[..., np.newaxis],
             ],
             axis=-1,
         )
-        share = _UNSURE_LIGHT if self.clipped is None else _UNSURE_CLIPPED
         spread = _MOVING * self.spread
         if self.large:
             spread = _MATCHED * np.array(extents(self.grid)) ** 2
-        order = order_of(self.shading)
-        ends = [
-            [unit_positions(centres + sign * step, self.shape) for sign in (1, -1)]
-            for step in steps
-        ]
-        terms = np.stack(
-            [polynomial_terms(high, order) - polynomial_terms(low, order) for high, low in ends]
-        )
-        errors = np.sqrt(np.einsum("ani,ij,anj->na", terms, self.unsure_light, terms))
-        moved = np.hypot(share * slopes, errors) * spread
+        else:
+            far = unit_positions(centres, self.shape)
+            for axis in self._sloped:
+                # The part that grows with the distance from the middle is measured.
+                line = far[:, axis] - far[:, axis].mean()
+                part = line @ slopes[:, axis] / max(float(line @ line), 1e-12)
+                slopes[:, axis] -= np.outer(far[:, axis], part)
         # Where the pitch changes, neighbours reach farther into the window from one side.
-        lattice, bent = self.grid.lattice(t, s), np.zeros_like(centres)
+        bent = np.zeros_like(centres)
         for step in np.eye(2):
-            both = self.grid.positions(lattice + step) + self.grid.positions(lattice - step)
+            both = self.grid.positions(self.fitted + step)
+            both += self.grid.positions(self.fitted - step)
             bent += both - 2 * centres
-        return np.asarray(np.hypot(moved, _UNSURE_BENT * bent))
+        return np.concatenate(
+            [slopes * spread[:, np.newaxis], _UNSURE_BENT * bent[..., np.newaxis]], axis=-1
+        )

@@ -197,11 +197,19 @@ def test_centres_are_corrected_by_what_measuring_drawn_ones_shows() -> None:
     assert np.linalg.norm(fitter.grid.centres(0, 0) - grid.nearest(fitter.grid.centres(0, 0))[2]
         - fitter.grid.centres(0, 0)) < 0.02  # fmt: skip
     # The light's slope and the change of the pitch leave errors that the scatter does not show.
-    t, s, centres = fitter.whole_lenses(max(shape))
-    errors = fitter.shared_errors(t, s, centres)
-    assert 0 < errors.min() < errors.max() < 0.05
+    errors = np.linalg.norm(fitter.shared_moves(), axis=2)
+    assert errors.shape == fitter.measured.shape
+    assert 0 < errors.max() < 0.05
+    # A grid follows what moves all lenses alike, or stretches it, and nothing else.
+    middle = fitter.end / 2
+    moves = np.stack([np.ones_like(truth), truth - middle, ((truth - middle) / 50) ** 2], axis=-1)
+    shift, stretch, bend = np.moveaxis(fitter.followed(0.01 * moves), -1, 0)
+    assert shift == pytest.approx(0.01 * np.eye(3)[:, :1] * np.ones(2), abs=1e-6)
+    known = 0.01 * np.array(fitter.grid.coefficients)
+    assert stretch[1:] == pytest.approx(known[1:], abs=1e-4)
+    assert np.abs(bend[1:]).max() < 0.03 * np.abs(stretch[1:]).max()
     fitter.shading = None
-    assert not fitter.shared_errors(t, s, centres).any()
+    assert not fitter.shared_moves().size
 
 
 @pytest.mark.parametrize("layout", ["rectangular", "hexagonal-rows"])
@@ -211,12 +219,12 @@ def test_the_pitch_is_as_sure_as_the_size_of_the_grid(layout) -> None:
     fitter = GrowingFit(np.zeros(SHAPE, np.float32), grid)
     for moves, expected in ((grid.vectors, 1.0), (grid.vectors @ [[0, 1], [-1, 0]], 0.0)):
         terms = 1e-3 * np.vstack([np.zeros(2), moves])
-        none, sure = np.zeros((3, 2)), np.zeros((2, 3, 2, 3))
+        none, sure = np.zeros((3, 2, 1)), np.zeros((2, 3, 2, 3))
         fitter.covariance = np.einsum("ia,jb->aibj", terms, terms)
         error = 1e-3 * PITCH * expected
         assert pitch_error(fitter, none) == pytest.approx(error, abs=1e-9)
         fitter.covariance = sure
-        assert pitch_error(fitter, terms) == pytest.approx(error, abs=1e-9)
+        assert pitch_error(fitter, terms[..., np.newaxis]) == pytest.approx(error, abs=1e-9)
 
 
 @pytest.mark.parametrize("layout", ["rectangular", "hexagonal-rows"])
