@@ -215,6 +215,7 @@ def resource_tables(text: str) -> str:
     figures = recorded()
     text = put(text, "scenes", table(f"scene | {FIGURE_HEADS}", scene_rows(figures)))
     text = device_table(text)
+    text = put(text, "estimates", estimate_errors())
     lines = []
     for feature, core in left_out_in_turn():
         parts, usage = needed_parts(core), estimate(core.blocks)
@@ -228,6 +229,18 @@ def resource_tables(text: str) -> str:
     rows = [(boards, *TMDS_ENDS.values()), (cores, *("0" for _ in TMDS_ENDS))]
     text = put(text, "full builds", beside_full_builds())
     return put(text, "ends", table(f"design | {' | '.join(TMDS_ENDS)}", rows))
+
+
+def estimate_errors() -> list[str]:
+    """Make the table of how far estimates of drawn cores are off."""
+    titles = {"lut": "LUT, LUT4, ALM or half CPE", "flip_flops": "flip-flops"}
+    return table(
+        "estimate | drawn cores | worst | 95 % within",
+        (
+            (titles[resource], number, f"{worst:.1%}", f"{usual:.1%}")
+            for resource, (number, worst, usual) in load_record().drawn_errors.items()
+        ),
+    )
 
 
 def placed_table() -> list[str]:

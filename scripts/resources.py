@@ -12,8 +12,8 @@ devices places the cores of the shipped scenes on the devices of plenofir.fpga.s
   that the record lacks; names of devices, or DEVICE:SCENE: anew.
 families counts the cores of plenofir_studies.counted_cores for the families of other vendors that
   the record lacks; names of families.
-drawn counts the drawn cores of plenofir_studies.drawn_cores that the record lacks, of each both
-  that the weights are fitted to and that check them; names of families.
+drawn counts the drawn cores of plenofir_studies.drawn_cores that the record lacks, each for the
+  family whose turn it is; names of families, for which all cores are counted.
 place places for ECP5, or for the device that is named behind a scene. A scene: its clock and
   resources (recorded of a shipped core with all slices at once), or the bitstream of its board,
   whose report is recorded. Without a scene all shipped scenes, cores and arrays, and the self-test
@@ -26,7 +26,7 @@ pixels places the core of the scene video-m11 with those of 1 to 32 pixels a clo
 spread places the core of video-m11 ten times for a device with given numbers of pixels a clock,
   for data/spreads.json.
 fit writes the engines' weights, fitted to what is recorded: for ECP5 placed cores, else what Yosys
-  counts; names of families.
+  counts; and how far off drawn cores are by weights that were fitted without them.
 energy sends pictures through the netlists of plenofir_studies.energy that data/energy.json lacks;
   "anew" for all.
 """
@@ -38,7 +38,6 @@ import time
 from collections.abc import Container, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
-from itertools import chain
 from pathlib import Path
 
 from fit_estimates import PLACED, fit
@@ -67,7 +66,7 @@ from plenofir.plan.scene_top import TOP
 from plenofir.plan.synthesised import is_nextpnr_board, is_stack_core
 from plenofir_studies import energy, engine_cells, many_pixels, systolic
 from plenofir_studies.counted_cores import COUNTED, counted_cores
-from plenofir_studies.drawn_cores import CHECKED, DRAWN_FAMILIES, FITTED, drawn_cores
+from plenofir_studies.drawn_cores import DRAWN_FAMILIES, counted_for, drawn_cores
 from plenofir_studies.placed_cores import place_core as place_on
 from plenofir_studies.placed_ecp5 import make_netlist, place, write_bitstream
 from plenofir_studies.recorded_designs import (
@@ -165,11 +164,11 @@ def families(names: Sequence[str]) -> None:
 
 
 def drawn(names: Sequence[str]) -> None:
-    """Record the counts of drawn cores, after each core; fitted ones and checked ones in turn."""
-    pairs = zip(*(drawn_cores(*cores) for cores in (FITTED, CHECKED)), strict=True)
-    for name, core in chain.from_iterable(pairs):
+    """Record the counts of drawn cores, after each core."""
+    for name, core in drawn_cores():
         for family in DRAWN_FAMILIES:
-            if (names and family not in names) or name in load_record().counted.get(family, {}):
+            chosen = family in names if names else family == counted_for(name)
+            if not chosen or name in load_record().counted[family]:
                 continue
             with tempfile.TemporaryDirectory() as folder:
                 amounts = count(family, hdl.hdl_sources(), CORE, core.generics(), Path(folder))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cores of drawn scenes, whose counts the estimates are fitted to and, with another seed, checked.
+"""Cores of drawn scenes, whose counts the estimates are fitted to, and checked without each.
 
 Both engines come in turn, moving sums with 1, 2, 4 and 8 pixels a clock; all other settings are
 drawn. What would take Yosys more than some minutes for a family is left out (`MOST_TAP_BITS`,
@@ -15,8 +15,8 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.families import Family
 from plenofir.ground.errors import InputError
 
-FITTED, CHECKED = ("fitted", 10), ("checked", 10)
-"""Seed and number of the cores that the weights are fitted to, and of those that check them."""
+DRAWS = {"fitted": 10, "checked": 10, "fresh-2026-11-29": 60}
+"""Seeds, and how many cores are drawn with each."""
 DRAWN_FAMILIES: tuple[Family, ...] = ("series7", "ecp5", "cyclonev", "nexus", "gw2a", "gatemate")
 MOST_TAP_BITS = 400  # of a switched filter: taps, channels and bits of a pixel
 MOST_PIXEL_BITS = 144  # of a token: pixels, channels and bits of a pixel
@@ -27,8 +27,24 @@ _ENGINES = (
 )
 
 
-def drawn_cores(seed: str, number: int) -> Iterator[tuple[str, CoreConfiguration]]:
-    """So many cores by name, always the same of a seed: M 3 to 15, 1 to 9 slices, 8 to 12 bits."""
+def drawn_cores() -> Iterator[tuple[str, CoreConfiguration]]:
+    """Cores by name, always the same of a seed: M 3 to 15, 1 to 9 slices, 8 to 12 bits."""
+    for seed, number in DRAWS.items():
+        for place, core in enumerate(_drawn_with(seed, number)):
+            yield f"{seed} {place}", core
+
+
+def is_drawn(name: str) -> bool:
+    """Whether a record's name is that of a drawn core."""
+    return name.rpartition(" ")[0] in DRAWS
+
+
+def counted_for(name: str) -> Family:
+    """The family whose turn it is with a drawn core."""
+    return DRAWN_FAMILIES[int(name.split()[-1]) % len(DRAWN_FAMILIES)]
+
+
+def _drawn_with(seed: str, number: int) -> Iterator[CoreConfiguration]:
     draw = random.Random(seed)
     for place in range(number):
         engine = _ENGINES[place % len(_ENGINES)]
@@ -47,7 +63,7 @@ def drawn_cores(seed: str, number: int) -> Iterator[tuple[str, CoreConfiguration
             except (InputError, ValueError):
                 continue
             if _is_small(core):
-                yield f"{seed} {place}", core
+                yield core
                 break
 
 

@@ -4,6 +4,7 @@
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from math import gcd
 from typing import ClassVar, Literal, Self
 
 from plenofir.fpga.core.engine import (
@@ -16,7 +17,7 @@ from plenofir.fpga.core.engine import (
     check_lane_delay,
     within,
 )
-from plenofir.fpga.resources.memory import Memory, block_sizes, rom_luts
+from plenofir.fpga.resources.memory import Memory, bits_for, block_sizes, rom_luts
 from plenofir.ground.errors import InputError
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
@@ -66,7 +67,6 @@ class MovingSumEngine(SliceEngine):
 
     COMPONENT: ClassVar[str] = "moving_sum_array"
     UNIT: ClassVar[str] = "lines of pixels"
-    # LUTs and flip-flops of each part (scripts/resources.py fit).
 
     def layout(self, raster: Raster, number: int = 0) -> SumLayout:
         return replace(raster.sum_layout(number), any_length=self.any_rows)
@@ -217,52 +217,73 @@ class MovingSumEngine(SliceEngine):
             elif p > 1:
                 lanes = self.lanes(raster, number)
                 bits = (lanes.rows - 1).bit_length()
-                yield Memory("pixels of a line", bits, width // p, 2 * lanes.banks)
+                yield Memory("pixels of a line", bits, width // p, 2 * lanes.banks, alike=2)
                 continue
             else:
                 bits = layout.reach.bit_length()
-                yield Memory("pixels of a line", bits, width, 1 + layout.pixels_leave)
+                copies = 1 + layout.pixels_leave
+                yield Memory("pixels of a line", bits, width, copies, alike=copies)
             if words.value:
                 yield Memory("stored products", words.value, words.data, raster.channels, rom=True)
 
     def structure(self, raster: Raster) -> dict[str, int]:
-        names = ("core", "sum bits", "pixel bits", "control bits", "tables", "delays", "rings")
-        more = ("held lines", "block bits", "address bits", "lane bits", "banks", "bank bits")
-        counts = dict.fromkeys((*names, *more), 0)
+        names = ("core", "sum bits", "pixel bits", "control bits", "table bits", "delays", "rings")
+        more = ("held lines", "block bits", "slice delays", "slice rings")
+        lanes = ("banks", "bank bits", "turned bits", "exchanged bits")
+        sums = ("gathered bits", "prefix bits")
+        counts = Counter(dict.fromkeys((*names, *more, *lanes, *sums), 0))
         counts["core"] = 1
-        counts["address bits"] = (raster.max_columns - 1).bit_length()
+        m = raster.micro_image_size
         for number in range(2 * raster.passes):
             layout, words = self.layout(raster, number), raster.words(number)
-            m, width = raster.micro_image_size, raster.channels * words.data
-            table_blocks = -(-_table_words(layout) // 64)
+            slices, columns = len(layout.shifts), number in self._column_stages(raster)
+            p = self.pixels_per_clock if columns else 1
+            width, delay = raster.channels * words.data, layout.delay
             age_bits = (layout.reach + 1).bit_length()
-            counts["sum bits"] += raster.channels * words.sum
-            counts["pixel bits"] += width
-            # Data path of each further pixel of a token.
-            counts["lane bits"] += (self.pixels_per_clock - 1) * raster.channels * words.sum
-            if number == 0:
-                counts["lane bits"] += (self.pixels_per_clock - 1) * width
-            if self.pixels_per_clock > 1 and number not in self._column_stages(raster):
-                counts["banks"] += self.lanes(raster, number).banks
-                counts["bank bits"] += self.lanes(raster, number).banks * width
             counts["control bits"] += age_bits
-            counts["tables"] += table_blocks * (3 * age_bits + 4 + 2)
-            counts["delays"] += layout.delay
-            if number in self._column_stages(raster):
+            counts["sum bits"] += p * raster.channels * words.sum
+            if self.pixels_per_clock > 1 and not columns:
+                counts.update(self._lane_parts(raster, number))
+                delay = self.lanes(raster, number).delay
+            else:
+                counts["pixel bits"] += p * width
+                counts["table bits"] += slices * m * (3 * age_bits + 2 * bits_for(m - 1) + 2)
+            counts["delays"] += delay
+            # A slice's number waits for the outputs of its line, beside the mark of the line.
+            counts["slice delays"] += delay * (slices - 1).bit_length()
+            if columns:
                 ring = sum(layout.ring_lines).bit_length()
                 counts["rings"] += m * ring
+                # Each phase's place moves by a number of lines that depends on the slice.
+                counts["slice rings"] += m * ring * (slices > 1)
                 # Write and read addressing; without a shift there is none.
                 counts["held lines"] += ring > 0
                 for lines in layout.bank_lines:
-                    words_of = max(lines, 1) * raster.max_columns
-                    counts["block bits"] += width * len(block_sizes(words_of, width))
+                    words_of = max(lines, 1) * self._words(raster)
+                    counts["block bits"] += p * width * len(block_sizes(words_of, p * width))
             if words.value:
-                counts["tables"] += raster.channels * rom_luts(words.value, words.data)
+                counts["table bits"] += 64 * raster.channels * rom_luts(words.value, words.data)
         return counts
 
-
-def _table_words(layout: SumLayout) -> int:
-    """Words of a table by slice and phase."""
-    slices = len(layout.shifts)
-    rows = 1 if slices == 1 else 1 << (slices - 1).bit_length()
-    return rows << max((layout.micro_image_size - 1).bit_length(), 1)
+    def _lane_parts(self, raster: Raster, number: int) -> dict[str, int]:
+        """Parts of a row stage with several pixels a token."""
+        lanes, words = self.lanes(raster, number), raster.words(number)
+        p, banks, slices = self.pixels_per_clock, lanes.banks, range(len(lanes.sums.shifts))
+        width, difference = raster.channels * words.data, raster.channels * (words.data + 1)
+        # Bits of the two rotations, of pixels to banks and of differences to outputs.
+        levels = (banks // gcd(p, banks) - 1).bit_length()
+        # Places of outputs and the banks that they choose from; the delay moves all alike.
+        age, m = lanes.sums.entering_age, raster.micro_image_size
+        places = {((i + age(s, i % m)) % banks, i) for s in slices for i in range(banks)}
+        marks = 2 * p * (lanes.delay + 1)
+        reads = banks * (bits_for(lanes.rows) + bits_for(banks - 1) + 1)
+        return {
+            "pixel bits": p * width,
+            "table bits": len(slices) * (marks + reads),
+            "banks": banks,
+            "bank bits": banks * width,
+            "turned bits": levels * banks * (width + difference),
+            "exchanged bits": (len(places) - banks) * difference,
+            "gathered bits": p * width * (1 + lanes.sums.begins_within_group),
+            "prefix bits": p * (p - 1).bit_length() * raster.channels * words.sum,
+        }

@@ -65,7 +65,12 @@ class Estimate(Usage):
     def error_class(self) -> str:
         """How far off, in words."""
         spare = f" up to {self.spare_block_rams} too many" * (self.spare_block_rams > 0)
-        return f"LUTs and flip-flops within {self.within:.0%}, block RAM{spare or ' exact'}"
+        usual = {resource: most for resource, (*_, most) in load_record().drawn_errors.items()}
+        return (
+            f"LUTs and flip-flops within {self.within:.0%} (cores alone, 95 % of those "
+            f"drawn: LUTs {usual['lut']:.0%}, flip-flops {usual['flip_flops']:.0%}), "
+            f"block RAM{spare or ' exact'}"
+        )
 
 
 def is_weighed(kind: str) -> bool:

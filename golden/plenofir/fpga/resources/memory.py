@@ -2,7 +2,7 @@
 """What a memory takes, by the rules of Yosys for a family (`plenofir.fpga.families`)."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 from plenofir.fpga.devices import Usage
@@ -31,6 +31,7 @@ class Memory:
     copies: int
     rom: bool = False
     words: int | None = None  # if they are no power of two
+    alike: int = 1  # copies of the same words, which are one memory where it is flip-flops
 
     @property
     def _words(self) -> int:
@@ -43,7 +44,8 @@ class Memory:
 
     def usage(self, family: Family = "spartan6") -> Usage:
         """What all copies take; ROMs in logic count nothing here."""
-        return _usage_of(family, self._words, self.width, self.rom) * self.copies
+        usage = _usage_of(family, self._words, self.width, self.rom) * self.copies
+        return replace(usage, flip_flops=usage.flip_flops // self.alike)
 
 
 @cache
@@ -59,8 +61,8 @@ def _usage_of(family: Family, words: int, width: int, rom: bool) -> Usage:
     elif facts.lut_ram is not None:
         options.append(_lut_ram(facts.lut_ram, words, width))
     else:
-        # Flip-flops, which are not counted here, have a cost of one for each bit.
-        options.append((width * words, Usage()))
+        # Flip-flops, which have a cost of one for each bit.
+        options.append((width * words, Usage(flip_flops=width * words)))
     return min([*options, *_blocks(facts, words, width, rom)], key=lambda option: option[0])[1]
 
 
