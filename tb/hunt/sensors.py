@@ -30,7 +30,8 @@ class Loader:
 
     def __init__(self, bench: Bench, source: Source) -> None:
         self.bench, self.source = bench, source
-        self.needed = 15 if bench.design["generics"]["HEXAGONAL"] else 12
+        generics = bench.design["generics"]
+        self.needed = 15 if generics["HEXAGONAL"] or generics["SKEWED"] else 12
         self.queue: deque[Word | int] = deque()
         self.shown: Word | None = None
         self.written: dict[int, int] = {}
@@ -94,6 +95,7 @@ class SensorHunt:
 
     def __init__(self, bench: Bench, rng: random.Random, *, mosaic: bool = False) -> None:
         self.bench, self.rng, self.g, self.mosaic = bench, rng, bench.design["generics"], mosaic
+        bench.counts["streams: skewed"] += self.g["SKEWED"]
         if not bench.ports:
             self.connect()
         self.source, self.sink, self.loader = bench.ports[:3]

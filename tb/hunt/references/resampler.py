@@ -2,9 +2,10 @@
 """Reference of `resampler`, from docs/resampling.md and the equations in its parts' headers.
 
 Pixel (v, u) of lens (t, s) lies at origin + down(0) + ... + down(t - 1) + s right + (v, u), in
-2**-FRACTION_BITS pixels; its first WEIGHT_BITS are used. A grid is a dictionary of the registers
-(vectors are (y, x)) with `black`, and `moves` (t, s, 2), `gains` (t, s), `profile` (M, M) if the
-generics `g` have them.
+2**-FRACTION_BITS pixels; its first WEIGHT_BITS are used. With SKEWED it lies v `line` + (0, u
+`pixel`) from its lens's first pixel, not (v, u). A grid is a dictionary of the registers (vectors
+are (y, x)) with `black`, and `moves` (t, s, 2), `gains` (t, s), `profile` (M, M) if the generics
+`g` have them.
 """
 
 import numpy as np
@@ -17,31 +18,39 @@ def round_off(x: np.ndarray, bits: int) -> np.ndarray:
     return (x + (1 << bits >> 1)) >> bits
 
 
-def first_lines(grid: dict, g: dict) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (t, s, 2) in 2**-WEIGHT_BITS, and the integer line of each row's first lens."""
-    rows, lenses = grid["lenses"]
+def positions(grid: dict, g: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where pixels lie in 2**-WEIGHT_BITS: y (t, v, s), and x (t, v, s, u).
+
+    And the integer line (t, v) of each row's first lens.
+    """
+    (rows, lenses), bits = grid["lenses"], g["FRACTION_BITS"]
+    one, v = 1 << bits, np.arange(g["MICRO_IMAGE_SIZE"])
+    line, pixel = (grid["line"], grid["pixel"]) if g["SKEWED"] else ((one, 0), one)
     steps = np.array([(0, 0)] + [grid["down"][t % 2] for t in range(rows - 1)]).cumsum(axis=0)
     at = np.array(grid["origin"]) + steps[:, None] + np.arange(lenses)[:, None] * grid["right"]
-    places = at >> (g["FRACTION_BITS"] - g["WEIGHT_BITS"])
+    y, x = (at[:, None, :, n] + v[:, None] * line[n] for n in (0, 1))
+    first, cut = y[:, :, 0] >> bits, bits - g["WEIGHT_BITS"]
+    y, x = y >> cut, (x[..., None] + v * pixel) >> cut
     if g["MOVES"]:
-        places = places + grid["moves"]
-    return places, at[:, 0, 0] >> g["FRACTION_BITS"]
+        move = grid["moves"][:, None]
+        y, x = y + move[..., 0], x + move[..., 1, None]
+    return y, x, first
 
 
 def reach(grid: dict, g: dict) -> tuple[int, int]:
-    """Lines from the first lens of a row to the highest and the lowest one."""
-    places, first = first_lines(grid, g)
-    apart = (places[..., 0] >> g["WEIGHT_BITS"]) - first[:, None]
+    """Lines from the first lens of a row to the highest and the lowest one, in any of its lines."""
+    y, _, first = positions(grid, g)
+    apart = (y >> g["WEIGHT_BITS"]) - first[..., None]
     return int(apart.min()), int(apart.max())
 
 
 def lines_needed(grid: dict, g: dict, rows: int) -> tuple[np.ndarray, np.ndarray]:
     """The last raw line that each line of the raster needs, and the first one kept for it."""
     (up, down), last = reach(grid, g), rows - 1
-    _, first = first_lines(grid, g)
-    line = (first[:, None] + np.arange(g["MICRO_IMAGE_SIZE"])).ravel()
+    line = positions(grid, g)[2].ravel()
     span = line[:, None] + np.arange(up, down + 2)
-    raw = last - np.abs(last - np.abs(span))
+    # A lens as low as the lowest of another row could lie beyond the mirrored frame: there is none.
+    raw = np.maximum(last - np.abs(last - np.abs(span)), 0)
     oldest = np.minimum.accumulate(raw.min(axis=1)[::-1])[::-1]
     return np.minimum(np.maximum(line + 1 + down, -(line + up)), last), oldest
 
@@ -49,19 +58,16 @@ def lines_needed(grid: dict, g: dict, rows: int) -> tuple[np.ndarray, np.ndarray
 def raster(raw: np.ndarray, grid: dict, g: dict) -> np.ndarray:
     """Micro images (lines, columns, channels) of a raw frame (rows, columns, channels)."""
     m, w, guard, b = (g[n] for n in ("MICRO_IMAGE_SIZE", "WEIGHT_BITS", "GUARD_BITS", "GAIN_BITS"))
-    places, _ = first_lines(grid, g)
-    steps, last = np.arange(m), np.array(raw.shape[:2]) - 1
-    # Line and column of each pixel: (t, v, s, u).
-    whole = [
-        (places[..., 0] >> w)[:, None, :, None] + steps[:, None, None],
-        (places[..., 1] >> w)[:, None, :, None] + steps,
-    ]
-    fy, fx = ((places[..., n] & ((1 << w) - 1))[:, None, :, None, None] for n in (0, 1))
+    y, x, _ = positions(grid, g)
+    # Line and column of each pixel, and its weights: (t, v, s, u) and channels.
+    whole = [(y >> w)[..., None], x >> w]
+    fy, fx = ((place & ((1 << w) - 1))[..., None] for place in (y[..., None], x))
+    last = np.array(raw.shape[:2]) - 1
 
     def pixel(dy: int, dx: int) -> np.ndarray:
         near = [np.abs(place + d) for place, d in zip(whole, (dy, dx), strict=True)]
-        y, x = (end - np.abs(end - n) for end, n in zip(last, near, strict=True))
-        return raw[y, x].astype(np.int64)
+        line, column = (end - np.abs(end - n) for end, n in zip(last, near, strict=True))
+        return raw[line, column].astype(np.int64)
 
     one = 1 << w
     above = (one - fx) * pixel(0, 0) + fx * pixel(0, 1)
@@ -91,7 +97,8 @@ def words(grid: dict, g: dict) -> tuple[list[tuple[int, int, int]], list[tuple[i
     rows, lenses = grid["lenses"]
     vectors = [grid["origin"], grid["right"], *grid["down"]]
     values = [lenses << 16 | rows, grid["outputs"], *(n for vector in vectors for n in vector)]
-    values += [(down & 0xFFFF) << 16 | up & 0xFFFF, grid["black"], *grid["place"], grid["step"]]
+    values += [(down & 0xFFFF) << 16 | up & 0xFFFF, grid["black"]]
+    values += [*grid["line"], grid["pixel"]] if g["SKEWED"] else [*grid["place"], grid["step"]]
     registers = [(0, n, value & 0xFFFFFFFF) for n, value in enumerate(values)]
     tables = []
     mask, width = (1 << (g["WEIGHT_BITS"] + 2)) - 1, g["WEIGHT_BITS"] + 2
