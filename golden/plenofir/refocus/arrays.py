@@ -10,22 +10,19 @@ integers.
 import dataclasses
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
+from functools import lru_cache
 from math import prod
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-from array_api_compat import (
-    array_namespace,
-    device,
-    is_cupy_array,
-    is_torch_array,
-)
+from array_api_compat import device, is_cupy_array, is_torch_array
 
 from plenofir.ground import compiling
 from plenofir.ground.errors import InputError
 from plenofir.refocus.border import arrived
 from plenofir.refocus.gpu.frames import reason
-from plenofir.refocus.operator import Image
+from plenofir.refocus.operator import Image, Sums
+from plenofir.refocus.settings import library_of
 from plenofir.refocus.sharpness import DepthIndex, LazySlices, Search, depth_index
 from plenofir.refocus.slices import Slice
 
@@ -36,9 +33,9 @@ def device_stack(raw: Any, slices: Sequence[Slice], shape: tuple[int, ...], out:
     `shape`: of the result, in which slices follow each other. `out`: array of the library to write
     the result to. Raises `InputError` if it is none.
     """
-    xp = array_namespace(raw)
+    xp = library_of(raw)
     if out is not None:
-        _check_out(xp, out, raw, shape)
+        _check_out(out, raw, shape)
     if 0 in shape:
         return xp.zeros(shape, dtype=raw.dtype, device=device(raw))
     result = _on_gpu(xp, raw, lambda gpu: _refocused(xp, gpu, raw, slices, shape, out))
@@ -54,10 +51,11 @@ def device_stack(raw: Any, slices: Sequence[Slice], shape: tuple[int, ...], out:
     return out
 
 
-def _check_out(xp: Any, out: Any, raw: Any, shape: tuple[int, ...]) -> None:
+def _check_out(out: Any, raw: Any, shape: tuple[int, ...]) -> None:
     """Refuse an array that the result cannot be written to."""
-    fits = type(out) is type(raw) and device(out) == device(raw)
-    if not (fits and tuple(out.shape) == shape and out.dtype == raw.dtype):
+    fits = type(out) is type(raw) and tuple(out.shape) == shape and out.dtype == raw.dtype
+    # `device` takes longer; libraries whose arrays have no such property write to none.
+    if not (fits and getattr(out, "device", None) == getattr(raw, "device", None)):
         raise InputError(
             f"must be an array of the library, device and type of raw, of shape {shape}",
             where="out",
@@ -205,16 +203,16 @@ def _refocused(
     from plenofir.refocus.gpu.program import Tiles, run_tiles
 
     pixels = _contiguous(xp, raw)
-    picture = out
-    if (
-        out is None
-        or _contiguous(xp, out) is not out
-        or _overlap(pixels, out, slices[0].pixel_bits)
-    ):
+    picture, there = out, _address(pixels)
+    written = out is not None and _contiguous(xp, out) is out
+    if written:
+        # The kernel reads what others of its threads write where the arrays overlap.
+        apart, size = _address(out) - there, slices[0].pixel_bits // 8
+        written = apart >= size * prod(raw.shape) or -apart >= size * prod(shape)
+    if not written:
         picture = xp.empty(shape, dtype=raw.dtype, device=device(raw))
     reached = _reached(xp, raw, slices)
-    down, across = map(_address, reached) if reached else (0, 0)
-    at = Tiles(_address(pixels), _address(picture), down, across)
+    at = Tiles(there, _address(picture), *map(_address, reached))
     return picture if run_tiles(slices, at, gpu.stream(), gpu.number) else None
 
 
@@ -229,7 +227,7 @@ def device_depth(raw: Any, slices: Sequence[Slice], search: Search) -> DepthInde
 
     Fields are arrays of the library, on the device of `raw`.
     """
-    xp = array_namespace(raw)
+    xp = library_of(raw)
     result = _on_gpu(xp, raw, lambda gpu: _depth_on_gpu(xp, gpu, raw, slices, search))
     if result is not None:
         return cast("DepthIndex", result)
@@ -282,8 +280,13 @@ def _reached(xp: Any, raw: Any, slices: Sequence[Slice]) -> list[Any]:
     """Weights of all outputs of a column, and of a line, for each slice; none without a need."""
     if not slices[0].normalise:
         return []
-    weights = zip(*map(_weights, slices), strict=True)
-    return [xp.asarray(np.stack(each), device=device(raw)) for each in weights]
+    return [xp.asarray(each, device=device(raw)) for each in _stacked(tuple(slices))]
+
+
+@lru_cache(16)
+def _stacked(slices: tuple[Slice, ...]) -> list[Sums]:
+    """`_weights` of slices, each shape (slices, outputs)."""
+    return [np.stack(each) for each in zip(*map(_weights, slices), strict=True)]
 
 
 def _contiguous(xp: Any, array: Any) -> Any:
@@ -295,13 +298,3 @@ def _contiguous(xp: Any, array: Any) -> Any:
 
 def _address(array: Any) -> int:
     return int(array.data_ptr() if is_torch_array(array) else array.data.ptr)
-
-
-def _overlap(first: Any, second: Any, pixel_bits: int) -> bool:
-    """Whether two contiguous arrays share memory."""
-    starts = [_address(array) for array in (first, second)]
-    ends = [
-        start + prod(array.shape) * pixel_bits // 8
-        for start, array in zip(starts, (first, second), strict=True)
-    ]
-    return bool(max(starts) < min(ends))

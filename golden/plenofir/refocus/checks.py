@@ -96,18 +96,16 @@ def region_ranges(region: Region | None, shape: tuple[int, int]) -> tuple[range,
     """Rows and columns of a region of interest."""
     if region is None:
         return range(shape[0]), range(shape[1])
-    bad = InputError(
+    try:
+        # Other values than two slices cannot be unpacked, or have no steps.
+        rows, columns = region
+        if isinstance(region, tuple) and {rows.step, columns.step} <= {None, 1}:
+            return range(*rows.indices(shape[0])), range(*columns.indices(shape[1]))
+    except (TypeError, ValueError, AttributeError):
+        pass
+    raise InputError(
         f"{region!r} is not a region; give two slices without steps: rows, columns", where="region"
     )
-    if not isinstance(region, tuple) or len(region) != 2:
-        raise bad
-    if any(not isinstance(part, slice) or part.step not in (None, 1) for part in region):
-        raise bad
-    try:
-        rows, columns = (range(*p.indices(n)) for p, n in zip(region, shape, strict=True))
-    except TypeError:
-        raise bad from None
-    return rows, columns
 
 
 def check_out(out: Any, raw: Image, shape: tuple[int, ...]) -> None:

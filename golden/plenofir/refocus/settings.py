@@ -28,31 +28,37 @@ from plenofir.refocus.slices import Slice
 _NO_ARRAY = "must be an array of NumPy, CuPy or PyTorch, not {}"
 
 
-def _like(raw: Any) -> Image:
-    """NumPy array with the shape and type of another library's array, but without its data."""
-    try:
-        from array_api_compat import array_namespace
+# Libraries by the classes of their arrays: array-api-compat takes longer to find one.
+_LIBRARIES: dict[type, Any] = {}
 
-        xp = array_namespace(raw)
-    except ModuleNotFoundError as error:
-        if error.name == "array_api_compat" and hasattr(raw, "__dlpack__"):
-            raise missing(error.name) from None
-        raise InputError(_NO_ARRAY.format(type(raw).__name__), where="raw") from None
-    except TypeError:
-        raise InputError(_NO_ARRAY.format(type(raw).__name__), where="raw") from None
+
+def library_of(raw: Any) -> Any:
+    """The namespace of the library that an array is of; refuses what is no array."""
+    kind = type(raw)
+    if kind not in _LIBRARIES:
+        try:
+            from array_api_compat import array_namespace
+
+            _LIBRARIES[kind] = array_namespace(raw)
+        except ModuleNotFoundError as error:
+            if error.name == "array_api_compat" and hasattr(raw, "__dlpack__"):
+                raise missing(error.name) from None
+            raise InputError(_NO_ARRAY.format(kind.__name__), where="raw") from None
+        except TypeError:
+            raise InputError(_NO_ARRAY.format(kind.__name__), where="raw") from None
+    return _LIBRARIES[kind]
+
+
+def _stand_in(xp: Any, dtype: Any, shape: tuple[int, ...]) -> Image:
+    """NumPy array with the shape and type of a library's array, but without its data."""
     for kind in (np.uint8, np.uint16):
-        if raw.dtype == getattr(xp, kind.__name__):
-            return _stand_in(kind, tuple(raw.shape))
+        if dtype == getattr(xp, kind.__name__):
+            # This array takes no memory: all its pixels are one.
+            return np.broadcast_to(kind(0), shape)
     raise InputError(
-        f"has pixels of type {raw.dtype}; they must be unsigned integers of 8 or 16 bit",
+        f"has pixels of type {dtype}; they must be unsigned integers of 8 or 16 bit",
         where="raw",
     )
-
-
-@lru_cache(256)
-def _stand_in(kind: type[np.generic], shape: tuple[int, ...]) -> Image:
-    # This array takes no memory: all its pixels are one.
-    return np.broadcast_to(kind(0), shape)
 
 
 def checked(
@@ -68,20 +74,20 @@ def checked(
     upsample: bool = True,
 ) -> tuple[Any, Slice]:
     """The image as it is read, and the slice; refuses what is not possible."""
+    xp: Any = np
     if isinstance(raw, np.ndarray):
         raw = check_raw(raw, M)
-        pixel_bits = 8 * raw.itemsize
     else:
-        # Checks need only shape and type, so pixels are not copied from the GPU.
-        pixel_bits = 8 * check_raw(_like(raw), M).itemsize
+        xp = library_of(raw)
     options = align, interpolation, sharpen, border, box, upsample
+    image = xp, raw.dtype, tuple(raw.shape)
     try:
-        slice_ = _whole(tuple(raw.shape), pixel_bits, M, a, *options)
+        slice_ = _whole(*image, M, a, *options)
     except TypeError:  # Values without a hash are refused by name.
-        slice_ = _whole.__wrapped__(tuple(raw.shape), pixel_bits, M, a, *options)
+        slice_ = _whole.__wrapped__(*image, M, a, *options)
     if region is not None:
         rows, columns = slice_.region
-        slice_ = replace(slice_, region=region_ranges(region, (len(rows), len(columns))))
+        slice_ = _part(slice_, region_ranges(region, (len(rows), len(columns))))
     return raw, slice_
 
 
@@ -104,8 +110,9 @@ def check_pixel_for_each_lens(
 # Films have the same settings for each frame, and checking them takes longer than a GPU's picture.
 @lru_cache(1024, typed=True)
 def _whole(
+    xp: Any,
+    dtype: Any,
     shape: tuple[int, ...],
-    pixel_bits: int,
     M: int,  # noqa: N803
     a: int | str | Fraction,
     align: Align,
@@ -116,6 +123,8 @@ def _whole(
     upsample: bool,
 ) -> Slice:
     """The slice of a whole picture by a user's settings; refuses those that are not possible."""
+    # Checks need only shape and type, so pixels are not copied from a GPU.
+    pixel_bits = 8 * check_raw(_stand_in(xp, dtype, shape), M).itemsize
     M = int(M)  # noqa: N806
     shift = focus_to_shift(a, M)
     check_align(align)
@@ -139,3 +148,8 @@ def _whole(
         normalise=border == "normalise",
         box_samples=size,
     )
+
+
+@lru_cache(1024)
+def _part(whole: Slice, region: tuple[range, range]) -> Slice:
+    return replace(whole, region=region)

@@ -88,37 +88,6 @@ def _loaded(text: str, gpu: Any) -> Any:
     return ObjectCode.from_cubin(code)
 
 
-class Launch(NamedTuple):
-    """All that a call for pictures of one stack needs."""
-
-    kernel: Any  # a Kernel of cuda-core
-    config: Any  # its LaunchConfig
-
-
-@lru_cache(256)
-def launch_of(slices: tuple[Slice, ...], device: int) -> Launch | None:
-    """Code and grid for a stack on a device.
-
-    None: not even one row of a tile fits into a block's memory. Raises what cuda-core raises where
-    it cannot compile or load the code.
-    """
-    from cuda.core import Device, LaunchConfig
-
-    gpu = Device(device)
-    gpu.set_current()
-    properties = gpu.properties
-    limit = properties.max_shared_memory_per_block_optin
-    shared = properties.max_shared_memory_per_multiprocessor // _BLOCKS_BESIDE - _RESERVED_BYTES
-    tiles = tiles_of(slices, min(limit, shared)) or tiles_of(slices, limit)
-    if tiles is None:
-        return None
-    kernel = _loaded(source(slices, tiles), gpu).get_kernel("refocus_tiles")
-    shared = max(tile.shared_bytes for tile in tiles)
-    kernel.attributes[gpu].max_dynamic_shared_size_bytes = shared
-    grid = tiles[0].blocks(len(slices), slices[0].region)
-    return Launch(kernel, LaunchConfig(grid, block=tiles[0].threads, shmem_size=shared))
-
-
 class Tiles(NamedTuple):
     """What a stack's tiles are made from and written to: addresses, and 0 for what is not used."""
 
@@ -130,6 +99,53 @@ class Tiles(NamedTuple):
     sharpest: int = 0  # a slice for each lens, in 8 bits
 
 
+class Launch(NamedTuple):
+    """What a kernel needs for its slices of a stack."""
+
+    kernel: Any  # a Kernel of cuda-core
+    config: Any  # its LaunchConfig
+    ahead: Tiles  # bytes in front of what is for its slices
+    numbers: tuple[np.int32, ...]  # of rows and columns, ends of the region, its first slice
+
+
+# Films have stacks of one kind, and preparing one takes longer than a GPU's picture.
+@lru_cache(256)
+def launches_of(slices: tuple[Slice, ...], device: int) -> list[Launch] | None:
+    """The kernels for a stack on a device.
+
+    None: not even one row of a tile fits into a block's memory. Raises what cuda-core raises where
+    it cannot compile or load the code.
+    """
+    from cuda.core import Device, LaunchConfig
+
+    gpu = Device(device)
+    gpu.set_current()
+    properties = gpu.properties
+    limit = properties.max_shared_memory_per_block_optin
+    beside = properties.max_shared_memory_per_multiprocessor // _BLOCKS_BESIDE - _RESERVED_BYTES
+    one, launches = slices[0], []
+    rows, columns = one.shape[:2]
+    m, step = one.micro_image_size, one.step
+    picture = prod(one.result_shape) * one.pixel_bits // 8
+    lenses = -(-rows // m) * -(-columns // m)
+    ends = [end for part in one.region for end in (part.start, part.stop)]
+    for first in range(0, len(slices), MOST_SLICES):
+        group = slices[first : first + MOST_SLICES]
+        tiles = tiles_of(group, min(limit, beside)) or tiles_of(group, limit)
+        if tiles is None:
+            return None
+        kernel = _loaded(source(group, tiles), gpu).get_kernel("refocus_tiles")
+        shared = max(tile.shared_bytes for tile in tiles)
+        kernel.attributes[gpu].max_dynamic_shared_size_bytes = shared
+        grid = tiles[0].blocks(len(group), one.region)
+        config = LaunchConfig(grid, block=tiles[0].threads, shmem_size=shared)
+        down, across = (8 * first * (length // step) for length in (rows, columns))
+        ahead = Tiles(0, first * picture, down, across, 8 * first * lenses)
+        numbers = tuple(map(np.int32, (rows, columns, *ends, first)))
+        launches.append(Launch(kernel, config, ahead, numbers))
+    return launches
+
+
 def run_tiles(slices: Sequence[Slice], at: Tiles, stream: int, device: int) -> bool:
     """Queue the tiles of a stack on a stream of a device.
 
@@ -138,27 +154,13 @@ def run_tiles(slices: Sequence[Slice], at: Tiles, stream: int, device: int) -> b
     """
     from cuda.core import launch
 
-    one, count = slices[0], len(slices)
-    rows, columns = one.shape[:2]
-    m, step = one.micro_image_size, one.step
-    picture = prod(one.result_shape) * one.pixel_bits // 8
-    lenses = -(-rows // m) * -(-columns // m)
-    ends = [end for part in one.region for end in (part.start, part.stop)]
-    firsts = range(0, count, MOST_SLICES)
-    planned = [launch_of(tuple(slices[first : first + MOST_SLICES]), device) for first in firsts]
-    if None in planned:
-        return False
-    for first, each in zip(firsts, planned, strict=True):
-        assert each is not None
-        group = at._replace(
-            out=at.out if at.sharpest else at.out + first * picture,
-            reached_rows=at.reached_rows + 8 * first * (rows // step),
-            reached_columns=at.reached_columns + 8 * first * (columns // step),
-            lens_sums=at.lens_sums and at.lens_sums + 8 * first * lenses,
-        )
-        numbers = map(np.int32, (rows, columns, *ends, first))
-        launch(Stream(stream), each.config, each.kernel, *group, *numbers)
-    return True
+    launches = launches_of(tuple(slices), device)
+    for kernel, config, ahead, numbers in launches or ():
+        places = [place and place + ahead for place, ahead in zip(at, ahead, strict=True)]
+        if at.sharpest:
+            places[1] = at.out
+        launch(Stream(stream), config, kernel, *places, *numbers)
+    return launches is not None
 
 
 class Depth(NamedTuple):

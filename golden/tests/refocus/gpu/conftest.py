@@ -41,7 +41,7 @@ def gpu_on_cpu(monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNamespace]:
     monkeypatch.setitem(sys.modules, "cuda", SimpleNamespace(core=core))
     monkeypatch.setitem(sys.modules, "cuda.core", core)
     monkeypatch.setattr(program, "_compiled", lambda text, architecture: text.encode())
-    caches = program.launch_of, program._code_or_failure
+    caches = program.launches_of, program._code_or_failure
     for each in caches:
         each.cache_clear()
     yield record

@@ -2,9 +2,11 @@
 """The GPU's refocuser: its kernel on the processor, its compiler where it is, its failures."""
 
 import secrets
+import sys
 from dataclasses import replace
 from fractions import Fraction
 from math import gcd
+from weakref import ref
 
 import array_api_strict
 import numpy as np
@@ -12,7 +14,8 @@ import pytest
 from kernels_on_cpu import beside_protected, compiled_kernels
 
 from plenofir.ground.errors import InputError
-from plenofir.refocus import ExactArithmetic, refocus, refocus_stack, sharpest_slices
+from plenofir.refocus import ExactArithmetic, arrays, refocus, refocus_stack, sharpest_slices
+from plenofir.refocus import settings as user_settings
 from plenofir.refocus.border import arrived
 from plenofir.refocus.gpu import constants, program
 from plenofir.refocus.gpu.constants import run_steps, source, tiles_of
@@ -190,6 +193,46 @@ def test_arrays_are_refocused_where_they_lie(gpu_on_cpu):
     assert refocus(on_gpu, 5, "3/5", out=on_gpu, **options) is on_gpu
     assert np.array_equal(np.asarray(on_gpu), want)
     assert gpu_on_cpu.launched == ["refocus_tiles"] * 3
+    assert not gpu_on_cpu.told
+
+
+@pytest.mark.parametrize("a", ["3/5", ["3/5"]])
+def test_a_second_call_prepares_nothing_anew(a, gpu_on_cpu, monkeypatch):
+    prepared = []
+
+    def note(owner, name):
+        step = getattr(owner, name)
+
+        def noted(*given, **named):
+            prepared.append(name)
+            return step(*given, **named)
+
+        monkeypatch.setattr(owner, name, noted)
+
+    for cached in (user_settings._whole, user_settings._part, arrays._stacked):
+        cached.cache_clear()
+    note(user_settings, "check_raw")
+    note(user_settings, "focus_to_shift")
+    note(Slice, "__post_init__")
+    note(arrays, "_weights")
+    note(program, "tiles_of")
+    note(sys.modules["cuda.core"], "LaunchConfig")
+    steps = ["check_raw", "focus_to_shift", "__post_init__", "_weights", "tiles_of", "LaunchConfig"]
+    options = {"sharpen": Fraction(1, 32), "border": "normalise", "box": 3}
+    options["region"] = slice(3, 30), slice(2, 40)
+    call = refocus if isinstance(a, str) else refocus_stack
+    for number in range(2):
+        raw = np.random.default_rng(number).integers(0, 256, (*SHAPE, 3), np.uint8)
+        want = call(raw, 5, a, **options)
+        on_gpu = array_api_strict.asarray(raw)
+        out = array_api_strict.zeros(want.shape, dtype=array_api_strict.uint8)
+        prepared.clear()
+        assert np.array_equal(np.asarray(call(on_gpu, 5, a, out=out, **options)), want)
+        assert set(prepared) == set(() if number else steps)
+        # Arrays that a user drops leave the card's memory.
+        kept = ref(on_gpu), ref(out)
+        del on_gpu, out
+        assert [each() for each in kept] == [None, None]
     assert not gpu_on_cpu.told
 
 
