@@ -21,6 +21,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from xml.etree import ElementTree
@@ -55,7 +56,7 @@ HEAD = """\
 # What tests reach
 
 Written by `make coverage`; [what is counted and what the rest is](../verification.md#coverage).
-Files have the names that they had in that run.
+Files have the names that they had in that run, of {date}.
 
 """
 
@@ -327,7 +328,7 @@ def main() -> int:
     vhdl = vhdl_files(merged(sorted((folder / "vhdl").glob("*.ncdb"))), hdl.all_sources())
     vhdl_lines, statements, open_ends = vhdl_page(vhdl)
     python_lines, lines = python_page(python_files(folder / "python"))
-    PAGE.write_text("\n".join([HEAD, *vhdl_lines, "", *python_lines, ""]))
+    PAGE.write_text("\n".join([HEAD.format(date=date.today()), *vhdl_lines, "", *python_lines, ""]))
     print(f"statements of the VHDL {statements:.1f} %, lines of the package {lines:.1f} %")
     print(*open_ends, sep="\n")
     return int(bool(open_ends) or statements < STATEMENT_GOAL or lines < LINE_GOAL)

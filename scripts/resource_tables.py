@@ -235,7 +235,7 @@ def estimate_errors() -> list[str]:
     """Make the table of how far estimates of drawn cores are off."""
     titles = {"lut": "LUT, LUT4, ALM or half CPE", "flip_flops": "flip-flops"}
     return table(
-        "estimate | drawn cores | worst | 95 % within",
+        "estimate | counts of drawn cores | worst | 95 % within",
         (
             (titles[resource], number, f"{worst:.1%}", f"{usual:.1%}")
             for resource, (number, worst, usual) in load_record().drawn_errors.items()

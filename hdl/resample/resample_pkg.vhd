@@ -71,6 +71,8 @@ package resample_pkg is
   constant REGISTER_PLACE_ODD  : natural := 13;
   constant REGISTER_STEP       : natural := 14;
   -- Skewed grids only, in the same places: from a line of a micro image to the next; from a pixel to the next, along x.
+  -- `lens_rows` takes a row's lines to end before the next row begins: M - 1 steps of a line are at most one DOWN step,
+  -- and both DOWN steps are equal.
   constant REGISTER_LINE_Y  : natural := 12;
   constant REGISTER_LINE_X  : natural := 13;
   constant REGISTER_PIXEL_X : natural := 14;

@@ -18,7 +18,7 @@ from plenofir.fpga.hdmi.modes import HD720, VGA
 from plenofir.fpga.screen.board_screen import SHADES, Screen
 from plenofir.fpga.screen.first_light import FLOWER
 from plenofir.fpga.simulate.chain import check_chain, mode_for, range_of, run_chain
-from plenofir.fpga.simulate.report import ScreenReport
+from plenofir.fpga.simulate.report import ScreenReport, report_summary
 from plenofir.fpga.simulate.request import Run, core_for_image
 from plenofir.fpga.simulate.run import run
 from plenofir.fpga.tools.simulators import find_simulator
@@ -111,6 +111,9 @@ def run_screen(
     report = run(what)
     assert isinstance(report, ScreenReport)
     assert report.mismatches == 0
+    # A board may show no slice alone.
+    lines = dict(report_summary(what.core, report))
+    assert ("a = " in lines["focus"], "error" in lines) == (bool(report.slices),) * 2
     # Text and depth are there, and pictures differ.
     pictures = [read_image(what.out / part.picture) for part in report.shown]
     assert all((a != b).any() for a, b in itertools.combinations(pictures, 2))

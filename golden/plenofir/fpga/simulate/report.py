@@ -134,16 +134,18 @@ def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, s
             first = f"first: {other.picture}, {other.first_mismatch}"
         agree = f"{report.mismatches} of {report.pixels_compared} pixels differ; {first}"
     depth = f"{report.channels} x {report.pixel_bits} bit"
-    focus = " ".join(slice_.a for slice_ in report.slices)
-    boxes = sorted({slice_.box for slice_ in report.slices})
-    box = f", box {' '.join(map(str, boxes))}" if core.smaller_box else ""
+    # A board may show depth alone, or what is sharp everywhere.
+    focus = [f"a = {' '.join(slice_.a for slice_ in report.slices)}"] if report.slices else []
+    if core.smaller_box and focus:
+        focus += [f"box {' '.join(map(str, sorted({slice_.box for slice_ in report.slices})))}"]
     order = f", interpolation of order {report.interpolation}" if report.interpolation else ""
     largest = max((slice_.largest_error for slice_ in report.slices), default=0)
     rms = max((slice_.rms_error for slice_ in report.slices), default=0)
+    errors = f"largest {largest:.4f}, RMS {rms:.4f} grey levels (bound {report.error_bound:.4f})"
     latency = "" if report.latency_clocks is None else f", latency {report.latency_clocks}"
     lines = [
         ("image", f"{report.raw}, {report.columns} x {report.rows}, {depth}"),
-        ("focus", f"M = {report.M}, a = {focus}{box}, {core.engine.summary(core)}{order}"),
+        ("focus", ", ".join([f"M = {report.M}", *focus, core.engine.summary(core)]) + order),
         *([("sharpening", _weights(report))] if core.sharpens else []),
         ("arithmetic", report.arithmetic.kind),
         *([("border", report.border)] if core.normalises else []),
@@ -155,10 +157,7 @@ def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, s
         ),
         ("result", agree),
         *([] if report.stalls is None else [("stalls", report.stalls.summary)]),
-        (
-            "error",
-            f"largest {largest:.4f}, RMS {rms:.4f} grey levels (bound {report.error_bound:.4f})",
-        ),
+        *([("error", errors)] if report.slices else []),
         ("clocks", f"{report.clocks}, {report.clocks_per_pixel:g} for each pixel{latency}"),
         (
             "simulator",
