@@ -24,6 +24,7 @@ from plenofir.refocus.slices import Slice
 from plenofir_studies import DATA
 from plenofir_studies.energy import STATIC_MW, energy_of, grey, load_measured, name_of
 from plenofir_studies.gpu_counts import Kernel, compiled
+from plenofir_studies.gpu_host import host_seconds
 from plenofir_studies.records import save_records
 from plenofir_studies.report_parts import machine, table
 
@@ -40,6 +41,8 @@ threads: 383 to 400 10^9 a second. That was a third of the card's issue slots.
 """
 COPY = 2 * SIZE**2 / 10.2e-6
 """Bytes read and written in a second by a copy in its memory, over 24 frames (measured)."""
+LAUNCH = 5.4e-6
+"""Seconds of the host for a launch by cuda-core 1.2.0 (measured)."""
 BUS = 63e9
 """Bytes that a PCI Express bus of 16 lanes, generation 5.0, moves each way in a second at most."""
 FULL_WATTS, IDLE_WATTS = 441.0, 133.0
@@ -82,6 +85,7 @@ class Recorded(BaseModel):
     machine: str
     frames: list[Predicted]
     host_copy_seconds: float  # of a grey frame of 8 bit within its memory, by one thread
+    host_seconds: dict[str, float]  # of a call, without library and driver (`gpu_host`)
 
 
 def _slices(size: int, shifts: Sequence[int], channels: int, bits: int, **how: int) -> list[Slice]:
@@ -266,6 +270,12 @@ def page(recorded: Recorded) -> list[str]:
         f"{BUS / 1e9:.0f} GB/s each way at most: {1e6 * SIZE**2 / BUS:.0f} us for a grey frame of "
         "8 bit, predicted. A thread that copies such a frame into memory that the card reads takes "
         f"{1e6 * recorded.host_copy_seconds:.0f} us on the CPU above, measured.",
+        "",
+        "A call for pictures like the one before takes the host, on the CPU above, measured with "
+        "stand-ins for the array's library and the driver, "
+        + ", ".join(f"{1e6 * t:.0f} us for {work}" for work, t in recorded.host_seconds.items())
+        + f". Their own time comes on top: cuda-core's launch took {1e6 * LAUNCH:.1f} us on the "
+        "machine of the trial.",
     ]
 
 
@@ -318,7 +328,12 @@ def recorded_here(frames: Sequence[Predicted]) -> Recorded:
     """Predictions beside this machine's CPU."""
     raw, copy = np.ones((2, SIZE, SIZE), np.uint8)
     seconds = _least(partial(np.copyto, copy, raw), 9)
-    return Recorded(machine=machine(), frames=list(frames), host_copy_seconds=seconds)
+    return Recorded(
+        machine=machine(),
+        frames=list(frames),
+        host_copy_seconds=seconds,
+        host_seconds=host_seconds(M, SIZE, _NUMBERS),
+    )
 
 
 def record(recorded: Recorded) -> None:

@@ -8,7 +8,8 @@ import array_api_strict
 import numpy as np
 import pytest
 
-from plenofir_studies import gpu_counts, gpu_predicted, gpu_report
+from plenofir.refocus.gpu import program
+from plenofir_studies import gpu_counts, gpu_host, gpu_predicted, gpu_report
 from plenofir_studies.energy_meters import Meter, cpu_meter
 from plenofir_studies.report_parts import Report
 
@@ -80,6 +81,13 @@ def test_what_cannot_run_is_named_in_a_line(tmp_path, capsys, monkeypatch):
     assert len(list(gpu_report.devices())) == 2
 
 
+def test_the_host_s_time_is_measured_without_a_gpu():
+    seconds = gpu_host.host_seconds(3, 30, 2, rounds=1)
+    assert len(seconds) == 5
+    assert 1e-6 < seconds["a slice"] < seconds["2 slices"]
+    assert program.launches_of.cache_info().currsize == 0
+
+
 LOOP = """
 .global .align 4 .b8 table[8] = {3, 0, 0, 0, 5};
 
@@ -137,8 +145,9 @@ def test_integers_of_ptx(operation, given, result):
     assert gpu_counts._result(operation.split("."), given) == result
 
 
-def test_predictions_count_what_the_compiler_makes():
+def test_predictions_count_what_the_compiler_makes(monkeypatch):
     pytest.importorskip("cuda.bindings.nvrtc")
+    monkeypatch.setattr(gpu_predicted, "SIZE", 242)
     stack, *depth = gpu_predicted.predict(242, 1, kinds=())
     # A pixel takes tens of instructions of a thread; depth needs lenses' sums and the picture.
     assert 10 < 32 * stack.instructions / stack.pixels < 200
@@ -147,3 +156,4 @@ def test_predictions_count_what_the_compiler_makes():
     assert depth[1].seconds == pytest.approx(depth[1].instructions / gpu_predicted.TRIAL)
     lines = gpu_predicted.page(gpu_predicted.recorded_here([stack, *depth]))
     assert any(line.startswith("| 1 slices, grey, 8 bit | ") for line in lines)
+    assert "us for a slice, " in lines[-1]
