@@ -179,28 +179,27 @@ class Depth(NamedTuple):
 
 
 @lru_cache(256)
-def _depth_code(slices: tuple[Slice, ...], search: Search, device: int) -> Any:
-    from cuda.core import Device
+def _depth_launches(
+    slices: tuple[Slice, ...], search: Search, device: int
+) -> tuple[list[Any], Any, list[np.int32]]:
+    """Kernels in their order, and for all of them their config and rows and columns of lenses."""
+    from cuda.core import Device, LaunchConfig
 
     gpu = Device(device)
     gpu.set_current()
-    return _loaded(depth_source(slices, search), gpu)
+    code = _loaded(depth_source(slices, search), gpu)
+    names = ["find_sharpest", *(["vote", "fill"] if search.vote_radius else [])]
+    m = slices[0].micro_image_size
+    lenses = [np.int32(-(-length // m)) for length in slices[0].shape[:2]]
+    config = LaunchConfig(lens_grid(slices), block=prod(LENS_TILE))
+    return [code.get_kernel(name) for name in names], config, lenses
 
 
 def run_depth(slices: Sequence[Slice], search: Search, at: Depth, stream: int, device: int) -> None:
     """Queue the search for the sharpest slice of each lens, when all sums of lenses are queued."""
-    from cuda.core import LaunchConfig, launch
+    from cuda.core import launch
 
-    code = _depth_code(tuple(slices), search, device)
-    m = slices[0].micro_image_size
-    rows, columns = (-(-length // m) for length in slices[0].shape[:2])
-    kernels: list[tuple[str, tuple[int, ...]]] = [("find_sharpest", at[:5])]
-    if search.vote_radius:
-        kernels += [
-            ("vote", (at.best, at.textured, at.voted)),
-            ("fill", (at.best, at.voted, at.filled)),
-        ]
-    config = LaunchConfig(lens_grid(slices), block=prod(LENS_TILE))
-    for name, addresses in kernels:
-        kernel = code.get_kernel(name)
-        launch(Stream(stream), config, kernel, *addresses, np.int32(rows), np.int32(columns))
+    kernels, config, lenses = _depth_launches(tuple(slices), search, device)
+    vote, fill = (at.best, at.textured, at.voted), (at.best, at.voted, at.filled)
+    for kernel, addresses in zip(kernels, (at[:5], vote, fill), strict=False):
+        launch(Stream(stream), config, kernel, *addresses, *lenses)

@@ -196,6 +196,31 @@ def test_arrays_are_refocused_where_they_lie(gpu_on_cpu):
     assert not gpu_on_cpu.told
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "overlap"),
+    [(0, 20, True), (20, 0, True), (0, SHAPE[0], False), (SHAPE[0], 0, False)],
+)
+def test_a_picture_may_overlap_the_raw_one(first, second, overlap, gpu_on_cpu, monkeypatch):
+    empty, shapes = array_api_strict.empty, []
+
+    def noted(shape, **how):
+        shapes.append(shape)
+        return empty(shape, **how)
+
+    monkeypatch.setattr(array_api_strict, "empty", noted)
+    options = {"sharpen": Fraction(1, 32), "border": "normalise", "box": 3}
+    memory = np.random.default_rng(9).integers(0, 256, (2 * SHAPE[0], SHAPE[1], 3), np.uint8)
+    want = refocus(memory[first : first + SHAPE[0]], 5, "3/5", **options)
+    on_gpu = array_api_strict.asarray(memory)
+    raw, out = (on_gpu[start : start + SHAPE[0], :, :] for start in (first, second))
+    assert np.shares_memory(raw._array, on_gpu._array)
+    assert refocus(raw, 5, "3/5", out=out, **options) is out
+    assert np.array_equal(np.asarray(out), want)
+    # Memory of its own is for pictures that overlap the raw one only.
+    assert shapes == [want.shape] * overlap
+    assert not gpu_on_cpu.told
+
+
 @pytest.mark.parametrize("a", ["3/5", ["3/5"]])
 def test_a_second_call_prepares_nothing_anew(a, gpu_on_cpu, monkeypatch):
     prepared = []
