@@ -17,6 +17,7 @@ from plenofir.camera.calibration.checks import (
     check_alike,
     check_classes,
     check_outliers,
+    check_touching,
 )
 from plenofir.camera.calibration.evidence import Evidence
 from plenofir.camera.calibration.frames import equalised
@@ -205,6 +206,7 @@ def _fit(
     pitch = max(extents(fitter.grid))
     _grow(fitter, largest, order)
     used = _regular_lenses(fitter, pitch)
+    check_touching(fitter)
     if order is None:
         check_outliers(fitter)
     t, s, centres = fitter.whole_lenses(largest)

@@ -12,6 +12,7 @@ from plenofir.camera.calibration.checks import (
     check_alike,
     check_classes,
     check_outliers,
+    check_touching,
     primitive_indices,
     unlikeness,
 )
@@ -69,6 +70,21 @@ def test_neighbours_that_are_off_together(how, is_refused) -> None:
     message = rf"{case['count']} neighbouring micro images are off the grid by 0\.\d+ pixels"
     with verdict(is_refused, message):
         check_outliers(fitter)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize(("gap", "is_refused"), [(1.0, True), (0.9, True), (0.7, False)])
+def test_micro_images_that_touch(layout, gap, is_refused) -> None:
+    """In the upper third of the image gaps are as bright as micro images, or nearly."""
+    grid = regular_grid(SHAPE, 9.0, layout=layout)
+    image = white_image(SHAPE, grid, noise=0).astype(np.float32)
+    fitter = GrowingFit(image, grid)
+    fitter.measured = grid.centres(T, S)
+    check_touching(fitter)
+    inner = fitter.padded[: fitter.margin + SHAPE[0] // 3]
+    inner += np.float32(gap) * (fitter.padded.max() - inner)
+    with verdict(is_refused, r"no gaps between \d\d % of the micro images"):
+        check_touching(fitter)
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
