@@ -154,6 +154,7 @@ WHITES: dict[str, Callable[[], DistortedWhite]] = {
     "harsh 1": lambda: harsh_white(1, 30000),
     "harsh 2": lambda: harsh_white(2, 30000),
     "harsh 3": lambda: harsh_white(3, 30000),
+    "touching": lambda: harsh_white(500065, repeat=1),
     "scattered": scattered,
 }
 

@@ -156,7 +156,10 @@ def check_touching(fitter: GrowingFit) -> None:
     """Refuse a grid if micro images touch in a part of the image: it may be any there."""
     share = touching(fitter)
     if share > _MOST_TOUCHING:
-        raise no_grid(f"no gaps between {100 * share:.0f} % of the micro images")
+        raise no_grid(
+            f"no gaps between {100 * share:.0f} % of the micro images (a smaller aperture or a "
+            "shorter exposure shows gaps)"
+        )
 
 
 def check_outliers(fitter: GrowingFit) -> None:

@@ -209,7 +209,7 @@ class Tried:
     bend: float
     enough: bool
     refusal: str | None
-    worst: float = np.nan  # error of the worst centre in pixels
+    worst: float = np.nan  # error of the worst centre of all accepted draws in pixels
     # Error of all centres over the standard error claimed for them, root mean square: of one draw
     # of noise, dust and gaps, and of several.
     once: float = np.nan
@@ -246,7 +246,7 @@ def tried_distorted(white: DistortedWhite, again: Sequence[DistortedWhite] = ())
         for n in (1, len(true))
     ]
     once, several = float(ratios[0]), float(ratios[1]) if len(true) > 1 else np.nan
-    return Tried(*known, None, worst[0], once, several)
+    return Tried(*known, None, max(worst), once, several)
 
 
 Draw = Callable[[int, float, int], DistortedWhite]

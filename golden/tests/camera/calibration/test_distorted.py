@@ -3,6 +3,7 @@
 
 import os
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -110,6 +111,13 @@ def test_drawn_distorted_white_images() -> None:
     assert sum(r.accepted for r in enough) >= len(enough) - 1
     near, known = within_two([r.once for r in results if r.accepted])
     assert near >= known - 1
+
+
+def test_worst_of_all_repeats() -> None:
+    """A repeat that is accepted with a wrong grid makes the image a wrong one."""
+    white = ideal_white((60, 60), 9.3)
+    assert not tried_distorted(white, [white]).wrong
+    assert tried_distorted(white, [replace(white, centres=white.centres + 1.0)]).wrong
 
 
 @pytest.mark.parametrize("seed", [7, 147, 60045, 60051])
