@@ -92,10 +92,14 @@ package core_pkg is
     core : core_t
   ) return positive;
 
-  -- Slices to choose from, each once.
+  -- Slices to choose from, each once, and their shifts.
   function slices_of (
     core : core_t
   ) return positive;
+
+  function shifts_of (
+    core : core_t
+  ) return shifts_t;
 
   -- Slices that come out side by side.
   function slices_at_once (
@@ -166,6 +170,26 @@ package body core_pkg is
     return core.geometry.slices / core.boxes_each;
 
   end function slices_of;
+
+  function shifts_of (
+    core : core_t
+  ) return shifts_t is
+
+    variable shifts : shifts_t;
+
+  begin
+
+    shifts := (others => 0);
+
+    for i in 0 to core.geometry.slices - 1 loop
+
+      shifts(i / core.boxes_each) := core.geometry.shifts(i);
+
+    end loop;
+
+    return shifts;
+
+  end function shifts_of;
 
   function slices_at_once (
     core : core_t

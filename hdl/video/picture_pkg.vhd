@@ -393,25 +393,14 @@ package body picture_pkg is
     confidence  : natural;
     vote_radius : natural
   ) return index_build_t is
-
-    variable shifts : shifts_t;
-
   begin
-
-    shifts := (others => 0);
-
-    for i in 0 to core.geometry.slices - 1 loop
-
-      shifts(i / core.boxes_each) := core.geometry.shifts(i);
-
-    end loop;
 
     return index_of
     (
       name             => name,
       micro_image_size => core.geometry.micro_image_size,
       slices           => slices_of(core),
-      shifts           => shifts,
+      shifts           => shifts_of(core),
       between          => between,
       radius           => radius,
       confidence       => confidence,

@@ -55,7 +55,7 @@ def host_seconds(m: int, size: int, numbers: int, rounds: int = 50) -> dict[str,
     """
     one_slice = size, size
     shapes = one_slice, one_slice, (numbers, *one_slice)
-    # They are far from each other, and of a class that annotations do not name.
+    # Pictures lie far from each other, in a class that annotations do not name.
     raw, out, stack = (cast("Any", _Array(n << 40, shape)) for n, shape in enumerate(shapes, 1))
     part = slice(size), slice(size)
     _LIBRARY.__dict__.update(uint8=np.uint8, uint16=np.uint16, empty=lambda *_, **__: out)

@@ -110,7 +110,7 @@ def test_slider_typed_depth_and_address(open_page: Any, page_of: Any, tmp_path: 
         assert 1 / 0.31 < float(slider.get_attribute("max")) < 10
         assert tab.evaluate("plenofir.depth") == pytest.approx(1 / 0.38)
         slider.fill("2.3")
-        assert "v = 2.3" in tab.locator("#depth-text").inner_text()
+        tab.wait_for_function("document.getElementById('depth-text').innerText.includes('v = 2.3')")
         typed.fill("2.75")
         typed.press("Enter")
         tab.wait_for_function("document.getElementById('command').textContent === '-v 2.75'")
