@@ -80,8 +80,8 @@ class Record(_Entry):
     # LUTs and flip-flops of a family for each of a Spartan-6, for kinds without a fit.
     times: dict[str, tuple[float, float]]
     weights: dict[str, dict[str, Weights]]  # by kind of block and family
-    # For "lut" and "flip_flops": number of drawn cores, the largest relative error of any by weights
-    # that were fitted without it, and the error that 95 % of them keep.
+    # For "lut" and "flip_flops": number of drawn cores, the largest relative error by weights that
+    # were fitted without the core, and the error that 95 % of them keep.
     drawn_errors: dict[str, tuple[int, float, float]]
     builds: dict[str, dict[str, Any]]  # reports of boards' bitstreams (`NextpnrReport`)
 
