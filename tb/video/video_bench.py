@@ -99,8 +99,8 @@ async def modes_change(dut: Any) -> None:
     await bench.reset()
     modes = [
         shrunken("one"),
-        shrunken("two", h_active=40, v_active=25, h_positive=False),
-        shrunken("three", h_active=40, v_active=25, h_positive=False, h_front=9),
+        shrunken("two", h_active=57, v_active=25, h_positive=False),
+        shrunken("three", h_active=57, v_active=25, h_positive=False, h_front=9),
         shrunken("four", h_active=57, v_active=30, v_positive=False, v_back=9),
     ]
     for mode in modes:
