@@ -273,15 +273,15 @@ def _made(
         group = numbers.pop(future.key)
         try:
             # A worker may die with a result that nobody fetched; Dask makes it anew meanwhile.
-            made = future.result()
+            of_group = future.result()
         except Exception as error:
             if len(group) > 1:
                 # Without the one that fails the others succeed.
                 for number in group:
                     submit([number])
                 continue
-            made = [Made(failure=f"{sources[group[0]]}: {failure(error)}")]
-        yield from zip(group, made, strict=True)
+            of_group = [Made(failure=f"{sources[group[0]]}: {failure(error)}")]
+        yield from zip(group, of_group, strict=True)
         submit([*islice(waiting, together)])
 
 

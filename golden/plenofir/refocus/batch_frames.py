@@ -201,6 +201,6 @@ def _by_gpu(frames: Iterator[tuple[Path, Picture]], settings: Settings, tell: Te
             yield from map(job.frame.like, by_processor if slices is None else slices)
 
     jobs = (_Job(*frame, part) for frame in frames for part in parts)
-    made = gpu_slices(jobs, work_of, tell)
-    for source, of_frame in groupby(made, lambda each: each[0].source):
+    by_job = gpu_slices(jobs, work_of, tell)
+    for source, of_frame in groupby(by_job, lambda each: each[0].source):
         yield source, pictures(of_frame)

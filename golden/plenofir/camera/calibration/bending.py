@@ -81,7 +81,7 @@ class BentFit:
     basis: Floats
     factors: Floats  # factors of the model's terms, in pixels
     # Weight of each factor's prior beside that of lenses.
-    pulls_back: Floats
+    prior_weights: Floats
     fixed: Floats  # The coefficients if all factors are 0.
     weights: Floats  # Robust weights of the lenses; 0 for lenses that were not drawn.
     scatter: float  # Robust standard deviation of the lenses from the model in pixels.
@@ -261,7 +261,7 @@ class Lenses:
             order=made,
             basis=basis,
             factors=factors,
-            pulls_back=(compared.noise + compared.common)
+            prior_weights=(compared.noise + compared.common)
             * self._precisions(model.groups)[: len(part)],
             fixed=fixed,
             weights=weights,

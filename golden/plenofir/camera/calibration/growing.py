@@ -184,7 +184,7 @@ class GrowingFit(WhiteImage):
         design = np.einsum("nt,tap->nap", terms, self.bent.basis)
         design = design.reshape(-1, design.shape[-1])
         weighted = (design * self.weights.repeat(2)[:, np.newaxis]).T
-        system = weighted @ design + np.diag(self.bent.pulls_back)
+        system = weighted @ design + np.diag(self.bent.prior_weights)
         changes = np.linalg.lstsq(system, weighted @ moves.reshape(len(design), -1), rcond=None)[0]
         return np.asarray(self.bent.basis @ changes)
 

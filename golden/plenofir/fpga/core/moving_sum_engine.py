@@ -228,10 +228,10 @@ class MovingSumEngine(SliceEngine):
 
     def structure(self, raster: Raster) -> dict[str, int]:
         names = ("core", "sum bits", "pixel bits", "control bits", "table bits", "delays", "rings")
-        more = ("held lines", "block bits", "slice delays", "slice rings")
+        buffers = ("held lines", "block bits", "slice delays", "slice rings")
         lanes = ("banks", "bank bits", "turned bits", "exchanged bits")
         sums = ("gathered bits", "prefix bits")
-        counts = Counter(dict.fromkeys((*names, *more, *lanes, *sums), 0))
+        counts = Counter(dict.fromkeys((*names, *buffers, *lanes, *sums), 0))
         counts["core"] = 1
         m = raster.micro_image_size
         for number in range(2 * raster.passes):

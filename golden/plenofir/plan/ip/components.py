@@ -253,8 +253,8 @@ def _scene_stack_generics(plan: Plan) -> Generics | None:
     if not index.picture or index.shifts:
         return None
     judged, names = index.generics(), ("RADIUS", "CONFIDENCE", "VOTE_RADIUS", "SHARP_TOO")
-    own = {name: judged[name] for name in names if name in judged}
-    return {**generics, "DEPTH_INDEX": True, **own}
+    judging = {name: judged[name] for name in names if name in judged}
+    return {**generics, "DEPTH_INDEX": True, **judging}
 
 
 def _stack_generics(core: CoreConfiguration) -> Generics | None:

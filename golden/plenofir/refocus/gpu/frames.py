@@ -68,12 +68,12 @@ class _Lane:
         shape = len(slices), *slices[0].result_shape
         self._slices = self._seen("slices", shape, raw.dtype)
         there = self._buffer("gpu raw", raw.nbytes)
-        made = self._buffer("gpu slices", self._slices.nbytes)
+        slices_there = self._buffer("gpu slices", self._slices.nbytes)
         there.copy_from(self._buffers["raw"], stream=self.stream)
-        at = Tiles(int(there.handle), int(made.handle))
+        at = Tiles(int(there.handle), int(slices_there.handle))
         fits = run_tiles(slices, at, int(self.stream.handle), self._gpu.device_id)
         if fits:
-            made.copy_to(self._buffers["slices"], stream=self.stream)
+            slices_there.copy_to(self._buffers["slices"], stream=self.stream)
         return fits
 
     def result(self) -> Image:
