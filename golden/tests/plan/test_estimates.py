@@ -132,7 +132,7 @@ def test_the_error_class_is_the_share_of_each_block() -> None:
     core = CoreConfiguration(micro_image_size=5, shifts=(2,), max_columns=640)
     usual = {name: most for name, (*_, most) in load_record().drawn_errors.items()}
     assert estimate(core.blocks, "nexus").error_class == (
-        f"LUTs and flip-flops within 15% (cores alone, 95 % of those drawn: LUTs "
+        f"LUTs and flip-flops within 15% (cores alone, 95 % of those fitted: LUTs "
         f"{usual['lut']:.0%}, flip-flops {usual['flip_flops']:.0%}), block RAM exact"
     )
     sharp = core.model_copy(update={"sharpening": (4,)})

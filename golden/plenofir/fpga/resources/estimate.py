@@ -68,7 +68,7 @@ class Estimate(Usage):
         usual = {resource: most for resource, (*_, most) in load_record().drawn_errors.items()}
         return (
             f"LUTs and flip-flops within {self.within:.0%} (cores alone, 95 % of those "
-            f"drawn: LUTs {usual['lut']:.0%}, flip-flops {usual['flip_flops']:.0%}), "
+            f"fitted: LUTs {usual['lut']:.0%}, flip-flops {usual['flip_flops']:.0%}), "
             f"block RAM{spare or ' exact'}"
         )
 
